@@ -42,6 +42,10 @@ void declare(CLI::App& app, Flags& flags) {
       "From showing a frame to the simulated camera's image of it")
       ->needs(simulate)
       ->default_str("50ms");
+  app.add_option("--projectors", flags.room.projectors, "Simulated projectors: 1 or 2, whose light overlaps")
+      ->needs(simulate)
+      ->check(CLI::Range(1, 2))
+      ->capture_default_str();
   app.add_option("--camera-rate", flags.room.frames_per_s, "Images a second of the simulated camera")
       ->needs(simulate)
       ->check(within(1, 240))

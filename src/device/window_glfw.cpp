@@ -108,6 +108,13 @@ class Window : public FrameSink {
     return shown();
   }
 
+  double show_soon(ViewU8 picture) override {
+    upload(picture);
+    draw();
+    glfwSwapBuffers(window_);
+    return now_s();
+  }
+
   WindowEvent poll() override {
     glfwPollEvents();
     if (close_ || glfwWindowShouldClose(window_) == GLFW_TRUE) return WindowEvent::kClose;

@@ -68,6 +68,8 @@ json to_json(const PageStatus& status) {
   json moving = json::array();
   for (const MovingMetrics& one : status.moving) moving.push_back(to_json(one));
   return {{"frame", {status.frame.width, status.frame.height}},
+          {"screens", status.screens},
+          {"screen", status.screen},
           {"surfaces", std::move(surfaces)},
           {"contents", status.contents},
           {"picture", kPictureNames[int(status.picture)]},

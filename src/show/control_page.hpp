@@ -43,6 +43,8 @@ struct PageSurface {
 
 struct PageStatus {
   ImageSize frame;
+  std::vector<std::string> screens;  ///< projectors of a show with several; the frame is that of `screen`
+  std::string screen;
   std::vector<PageSurface> surfaces;
   std::vector<std::string> contents;  ///< that may be chosen
   TestPattern picture = TestPattern::kContent;

@@ -37,6 +37,8 @@ class FrameLoop {
   void take_sightings();
   void draw(double now, double free_since);
   void draw_new(double now, ImageU8& frame);
+  /// The further screens', after the first one's.
+  void draw_sides(double light_time);
   static void make_black(ImageU8& frame);
   /// Surfaces that other robots of a fleet light are dark from the next frame on, also while the picture is frozen.
   void follow_fleet();
@@ -53,7 +55,7 @@ class FrameLoop {
   void use_blend(const std::shared_ptr<const MadeBlend>& made);
 
   // Commands, keys and the group: loop_commands.cpp.
-  void handle_window_event(device::WindowEvent wish);
+  void handle_window_events(device::FrameSink& sink);
   void ask_picture(TestPattern picture);
   void turn_to(TestPattern picture);
   void take_commands();
@@ -64,6 +66,9 @@ class FrameLoop {
   /// A page is not to open any file or device of this machine.
   bool may_be_shown(const std::string& content) const;
   void change_correction(const std::string& text);
+  void choose_screen(const std::string& name);
+  /// Of the screen whose frame the page shows.
+  const Projection& paged_projection() const;
   void freeze();
   double content_time(double now) const;
   bool is_unsaved() const { return parts_.editor != nullptr && parts_.editor->is_unsaved(); }
@@ -77,6 +82,7 @@ class FrameLoop {
   void take(LoadedShow loaded);
   bool same_names(const SurfaceSet& surfaces) const;
   bool show(Show next);
+  void set_show(Show next);
   const SurfaceSet& surfaces_now() const;
   /// The edited surfaces with the contents at hand; others are opened in the background.
   bool show_edited() { return show_of(parts_.editor->surfaces()); }
@@ -161,6 +167,7 @@ class FrameLoop {
                 blend_version_ = 0;  ///< count where surfaces and projector are placed; of those maps
   double blend_changed_ = 0;
   std::optional<double> lit_from_;  ///< group time
+  std::size_t paged_ = 0;           ///< the screen that the page shows: 0, or one of the sides from 1
   bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;
 };
 

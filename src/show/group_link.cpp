@@ -51,7 +51,7 @@ bool are_same(const SharedShow& a, const SharedShow& b) {
 }  // namespace
 
 bool is_shared(const Command& command) {
-  return command.verb != "help" && command.verb != "correction";
+  return command.verb != "help" && command.verb != "correction" && command.verb != "screen";
 }
 
 std::vector<Command> shared_commands(const Command& command, const Editor* editor,

@@ -85,7 +85,9 @@ void FrameLoop::tick() {
 
 void FrameLoop::wait_until(double due) {
   while (true) {
-    handle_window_event(parts_.sink.poll());
+    handle_window_events(parts_.sink);
+    for (std::size_t i = 0; parts_.sides != nullptr && i < parts_.sides->size(); ++i)
+      handle_window_events(parts_.sides->at(i).sink);
     const double now = device::now_s(), left = due - now;
     if (closed_ || left <= 0) return;
     if (now - ticked_ >= kTickPeriod) tick();
@@ -115,6 +117,7 @@ void FrameLoop::take_poses(track::PoseSource& source) {
   for (const track::StampedPose& message : arrived_) {
     record(message);
     parts_.projection.add(message);
+    if (parts_.sides != nullptr) parts_.sides->add(message);
     if (parts_.room != nullptr) parts_.room->add(message);
     newest_arrival_ = std::max(newest_arrival_, message.arrival);
     ++metrics_.poses;
@@ -143,6 +146,7 @@ void FrameLoop::draw(double now, double free_since) {
     move_surfaces(now);
     guarded("room", [&] { move_shape(now + options_.delay_s); });
     draw_new(now, *frame);
+    draw_sides(now + options_.delay_s);
     const double ready = device::now_s();
     metrics_.draw.add(ready - now);
     if (newest_arrival_ > before)
@@ -163,6 +167,8 @@ void FrameLoop::draw(double now, double free_since) {
     });
     if (!good) make_black(*(shown_ = frame));
   }
+  // The others first: they do not wait, and the first one keeps the time.
+  if (parts_.sides != nullptr) parts_.sides->show();
   parts_.sink.show_next(*shown_);
   guarded("fleet", [&] { tell_fleet(now + options_.delay_s); });
   if (parts_.watch != nullptr)
@@ -198,6 +204,13 @@ void FrameLoop::draw_new(double now, ImageU8& frame) {
   if (recorder_ == nullptr) return;
   recorded.fingerprint = fingerprint(frame);
   record(recorded);
+}
+
+void FrameLoop::draw_sides(double light_time) {
+  if (parts_.sides == nullptr) return;
+  const auto begin = device::now_s();
+  parts_.sides->draw(light_time, [this](const std::string& sentence) { count_fault("screen", sentence); });
+  drawn_.render_s += device::now_s() - begin;
 }
 
 void FrameLoop::follow_fleet() {

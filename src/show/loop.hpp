@@ -21,6 +21,7 @@
 #include "run_log.hpp"
 #include "show_blend.hpp"
 #include "show_loader.hpp"
+#include "side_screens.hpp"
 #include "surface_glides.hpp"
 #include "surface_source.hpp"
 
@@ -50,6 +51,8 @@ struct LoopParts {
   GroupLink* group = nullptr;   ///< other hosts that show the same; joined
   FleetLink* fleet = nullptr;   ///< other robots that light the same room
   BlendMaker* blend = nullptr;  ///< other projectors of the rig; with a group those of its hosts
+  SideScreens* sides = nullptr;  ///< further projectors that this process drives
+  std::string screen = {};       ///< with `sides`: the projector of `projection`
   RunRecorder* recorder = nullptr;
   /// What may be chosen as content at the page.
   std::vector<std::string> contents = {};

@@ -26,6 +26,7 @@ void FrameLoop::begin_blend() {
   // In a group nobody knows yet which others have light.
   const ProjectorNames first = parts_.group != nullptr ? ProjectorNames() : parts_.blend->plan().fixed;
   use_blend(parts_.blend->make_now(blend_scene(first)));
+  if (parts_.sides != nullptr) parts_.sides->begin_blend(first);
   if (parts_.group != nullptr) return;
   blend_version_ = placed_;  // that map is not made again
   blend_sets_ = {first};
@@ -62,6 +63,7 @@ void FrameLoop::follow_blend(double now) {
       blend_changed_ = now;
     blend_version_ = placed_;
     blend_sets_ = sets;
+    if (parts_.sides != nullptr) parts_.sides->want_blend(placed_, turn.now);
     maker.want(placed_, blend_scene({}), std::move(sets));
   }
   if (const auto fault = maker.take_fault()) count_fault("blend", *fault + "; the blend from before stays");
@@ -71,8 +73,11 @@ void FrameLoop::follow_blend(double now) {
     parts_.group->light(*lit_from_);
   }
   if (turn.is_dark) return;
+  // Screens change in one frame, so that places of both are neither too dark nor too bright meanwhile.
+  if (parts_.sides != nullptr && !(maker.is_ready(turn.now) && parts_.sides->is_blend_ready(turn.now))) return;
   if (const auto made = maker.find(turn.now); made && made != blend_) {
     metrics_.blend->last_change_s = now - blend_changed_;
+    if (parts_.sides != nullptr) parts_.sides->use_blend(turn.now);
     use_blend(made);
   }
 }

@@ -13,8 +13,8 @@ constexpr double kAutosave = 1;
 
 }  // namespace
 
-void FrameLoop::handle_window_event(device::WindowEvent wish) {
-  for (; wish != device::WindowEvent::kNone; wish = parts_.sink.poll()) {
+void FrameLoop::handle_window_events(device::FrameSink& sink) {
+  for (device::WindowEvent wish = sink.poll(); wish != device::WindowEvent::kNone; wish = sink.poll()) {
     switch (wish) {
       case device::WindowEvent::kClose:
         closed_ = true;
@@ -48,6 +48,7 @@ void FrameLoop::ask_picture(TestPattern picture) {
 
 void FrameLoop::turn_to(TestPattern picture) {
   parts_.projection.set_picture(picture);
+  if (parts_.sides != nullptr) parts_.sides->set_picture(picture);
   record(picture);
 }
 
@@ -149,6 +150,7 @@ void FrameLoop::execute(const Command& command) {
     return;
   }
   if (command.verb == "correction") return change_correction(command.text);
+  if (command.verb == "screen") return choose_screen(command.text);
   if (parts_.editor == nullptr)
     throw Error(ErrorKind::kInput, command.verb, "these surfaces cannot be changed here",
                 "change their file");
@@ -162,7 +164,7 @@ void FrameLoop::execute(const Command& command) {
     if (command.verb == "undo" ? parts_.editor->undo() : parts_.editor->redo()) show_edited();
     return;
   }
-  parts_.editor->apply(command, parts_.projection.projector(), parts_.projection.solved());
+  parts_.editor->apply(command, paged_projection().projector(), paged_projection().solved());
   if (!show_edited()) parts_.editor->revoke();
 }
 
@@ -182,6 +184,24 @@ void FrameLoop::change_correction(const std::string& text) {
   if (text == "resume") return parts_.watch->resume();
   parts_.watch->undo();
   surface_glides_.undo(surfaces_now(), device::now_s());
+}
+
+void FrameLoop::choose_screen(const std::string& name) {
+  if (name == parts_.screen) {
+    paged_ = 0;
+    return;
+  }
+  for (std::size_t i = 0; parts_.sides != nullptr && i < parts_.sides->size(); ++i)
+    if (parts_.sides->at(i).name == name) {
+      paged_ = i + 1;
+      return;
+    }
+  throw Error(ErrorKind::kInput, "screen '" + name + "'", "this show has none of this name",
+              "name a projector of --screen");
+}
+
+const Projection& FrameLoop::paged_projection() const {
+  return paged_ == 0 ? parts_.projection : parts_.sides->at(paged_ - 1).projection;
 }
 
 bool FrameLoop::may_be_shown(const std::string& content) const {

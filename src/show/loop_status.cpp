@@ -102,15 +102,22 @@ void FrameLoop::tell_moving(double now) {
 
 void FrameLoop::publish(double now) {
   if (parts_.page == nullptr) return;
-  if (parts_.page->wants_frame()) parts_.page->publish(shown_);
+  if (parts_.page->wants_frame())
+    parts_.page->publish(paged_ == 0 ? std::shared_ptr<const ImageU8>(shown_) : parts_.sides->frame(paged_ - 1));
   const double since = now - published_;
   if (since < 0.1) return;
   PageStatus status;
-  status.frame = parts_.projection.frame_size();
-  for (const SolvedSurface& surface : parts_.projection.solved().surfaces)
+  const Projection& paged = paged_projection();
+  status.frame = paged.frame_size();
+  if (parts_.sides != nullptr) {
+    status.screens.push_back(parts_.screen);
+    for (std::size_t i = 0; i < parts_.sides->size(); ++i) status.screens.push_back(parts_.sides->at(i).name);
+    status.screen = status.screens[paged_];
+  }
+  for (const SolvedSurface& surface : paged.solved().surfaces)
     status.surfaces.push_back({surface.surface.name, surface.surface.content,
                                parts_.editor != nullptr
-                                   ? points_in_frame(surface, parts_.projection.projector())
+                                   ? points_in_frame(surface, paged.projector())
                                    : std::vector<std::optional<Vec2>>{}});
   status.contents = parts_.contents;
   status.picture = parts_.projection.picture();

@@ -69,7 +69,7 @@ bool FrameLoop::same_names(const SurfaceSet& surfaces) const {
 bool FrameLoop::show(Show next) {
   std::vector<std::shared_ptr<device::ContentSource>> before = parts_.projection.show().contents;
   try {
-    parts_.projection.set_show(std::move(next));
+    set_show(std::move(next));
   } catch (const std::exception& error) {
     count_fault("surfaces", std::string(error.what()) + "; the surfaces from before stay");
     return false;
@@ -80,6 +80,20 @@ bool FrameLoop::show(Show next) {
   surfaces_changed_ = true;
   record(parts_.projection.show().surfaces);
   return true;
+}
+
+/// On all screens or on none.
+void FrameLoop::set_show(Show next) {
+  if (parts_.sides == nullptr) return parts_.projection.set_show(std::move(next));
+  Show before = parts_.projection.show();
+  parts_.projection.set_show(std::move(next));
+  try {
+    parts_.sides->take_show();
+  } catch (...) {
+    parts_.projection.set_show(std::move(before));
+    parts_.sides->take_show();
+    throw;
+  }
 }
 
 const SurfaceSet& FrameLoop::surfaces_now() const {

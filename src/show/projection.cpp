@@ -91,6 +91,7 @@ struct Projection::State {
   std::vector<std::uint64_t> serials;
   std::vector<std::string> dark;    ///< names
   std::vector<SurfaceLight> light;  ///< one a surface
+  std::vector<std::optional<device::ContentFrame>> pictures;  ///< one a surface
   std::uint64_t next_serial = 1;
   std::optional<Pose> rig_from_world;  ///< of a projector that stands still
   std::shared_ptr<const surface::FrameBlend> blend;
@@ -120,6 +121,7 @@ struct Projection::State {
       case TestPattern::kContent: {
         if (!show.contents[i]) return;
         const device::ContentFrame frame = show.contents[i]->at(content_time);
+        pictures[i] = frame;
         shown = frame.view;
         revision = (serials[i] << 40) + frame.revision;
         break;
@@ -189,6 +191,7 @@ void Projection::set_show(Show show) {
   state_->serials = std::move(serials);
   state_->laid.assign(show.contents.size(), {});
   state_->light.assign(show.contents.size(), SurfaceLight::kNone);
+  state_->pictures.assign(show.contents.size(), std::nullopt);
   state_->show = std::move(show);
 }
 const Show& Projection::show() const {
@@ -254,6 +257,10 @@ SurfaceLight Projection::light(std::size_t surface) const {
   return state_->light.at(surface);
 }
 
+std::optional<device::ContentFrame> Projection::picture_of(std::size_t surface) const {
+  return state_->pictures.at(surface);
+}
+
 bool Projection::draw_over(double light_time, ImageView<std::uint8_t> frame) const {
   if (!state_->options.over) return false;
   state_->options.over(*this, light_time, frame);
@@ -290,6 +297,7 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
 
   s.scene.items.clear();
   std::fill(s.light.begin(), s.light.end(), SurfaceLight::kNone);
+  std::fill(s.pictures.begin(), s.pictures.end(), std::nullopt);
   for (std::size_t i = 0; i < s.solved.surfaces.size() && !drawn.blanked; ++i) {
     const SolvedSurface& surface = s.solved.surfaces[i];
     if (s.moving.is_dark(i)) continue;

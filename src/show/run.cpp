@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 #include <thread>
+#include <utility>
 
 #include "overlay.hpp"
 #include "procam/core/base/words.hpp"
@@ -20,7 +21,19 @@ ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listene
 }
 
 ShowReport run(const Rig& rig, const ShowOptions& options, device::FrameSink& sink, ShowListener* listener) {
-  return ShowRun(rig, true, options, listener_or_none(listener), &sink).run();
+  return ShowRun(rig, true, options, listener_or_none(listener), {&sink}).run();
+}
+
+ShowReport run(const Rig& rig, const ShowOptions& options, const std::vector<ScreenSink>& screens,
+               ShowListener* listener) {
+  ShowOptions with_screens = options;
+  with_screens.screens.clear();
+  std::vector<device::FrameSink*> sinks;
+  for (const ScreenSink& screen : screens) {
+    with_screens.screens.push_back({screen.projector, std::nullopt, "none"});
+    sinks.push_back(&screen.sink);
+  }
+  return ShowRun(rig, true, with_screens, listener_or_none(listener), std::move(sinks)).run();
 }
 
 /// `sink`: nullptr for the options' own output.
@@ -35,7 +48,9 @@ static ShowReport run_without_rig(const ShowOptions& options, ImageSize size, de
     listener.on_start(options.surfaces + " is new, with " + counted(first.surfaces.size(), "surface") +
                       "; drag the corners at the control page, and save");
   }
-  return ShowRun(rig, false, options, listener, sink).run();
+  std::vector<device::FrameSink*> sinks;
+  if (sink != nullptr) sinks.push_back(sink);
+  return ShowRun(rig, false, options, listener, std::move(sinks)).run();
 }
 
 ShowReport run(const ShowOptions& options, ShowListener* listener) {

@@ -100,6 +100,30 @@ std::string blend_conditions(const ShowOptions& options) {
                        options.blend->one_level ? " to one level" : "");
 }
 
+void check_screens(const ShowOptions& options) {
+  const auto refuse = [](const std::string& why, const std::string& next) {
+    throw Error(ErrorKind::kInput, "screens", why, next);
+  };
+  if (options.screens.empty()) return;
+  if (options.screens.size() == 1)
+    refuse("there is only one", "give two or more, or the options projector and display");
+  std::set<std::string> names;
+  for (const ScreenOutput& screen : options.screens)
+    if (!names.insert(screen.projector).second)
+      refuse("projector '" + screen.projector + "' has two", "name each projector once");
+  if (!options.projector.empty() || options.display || !options.output.empty())
+    refuse("projector, display and output are those of one screen", "leave them out");
+  const std::pair<bool, const char*> needs_one[] = {
+      {options.watch.has_value(), "watch"},  {options.track.has_value(), "track"},
+      {options.people.has_value(), "people"}, {!options.publish.empty(), "publish"},
+      {!options.group.empty(), "group"},     {!options.fleet.empty(), "fleet"},
+      {!options.record.empty(), "record"},   {is_depth_source(options.surfaces), "surfaces of a depth camera"}};
+  for (const auto& [given, name] : needs_one)
+    if (given)
+      refuse(std::string("a show with several in one process cannot have: ") + name,
+             "leave it out, or start a process for each projector");
+}
+
 void check_blend(const ShowOptions& options) {
   const auto refuse = [](const std::string& why, const std::string& next) {
     throw Error(ErrorKind::kInput, "blend", why, next);
@@ -110,7 +134,7 @@ void check_blend(const ShowOptions& options) {
   if (is_off) return;
   if (!options.group.empty() && !names.empty())
     refuse("in a group the hosts announce their projectors", "leave the names out, or give off");
-  if (options.group.empty() && names.empty())
+  if (options.group.empty() && options.screens.empty() && names.empty())
     refuse("no other projector is named", "name the others of the rig, or all");
   if (is_depth_source(options.surfaces))
     refuse("the other projectors do not know the surfaces of this depth camera",
@@ -181,6 +205,28 @@ std::string conditions_text(const ShowOptions& options, const ProjectionOptions&
          track_text(options);
 }
 
+ShowOptions of_first_screen(ShowOptions options) {
+  if (options.screens.empty()) return options;
+  const ScreenOutput& first = options.screens.front();
+  options.projector = first.projector;
+  options.display = first.display;
+  options.output = first.output;
+  return options;
+}
+
+ProjectionOptions of_side_screen(const ProjectionOptions& first, const ShowOptions& options, const Rig& rig,
+                                 const std::string& projector) {
+  ProjectionOptions side = first;
+  side.projector = projector;
+  side.renderer = renderer_for(options);  // it keeps pictures by numbers of one Projection
+  if (first.projector_from_world)
+    side.projector_from_world =
+        (rig.projector(projector).rig_from_projector.inverse() *
+         rig.projector(first.projector).rig_from_projector * *first.projector_from_world)
+            .normalized();
+  return side;
+}
+
 fs::path content_folder(const std::string& surfaces) {
   return surfaces.empty() || is_depth_source(surfaces) ? fs::current_path()
                                                        : fs::absolute(surfaces).parent_path();
@@ -240,6 +286,7 @@ void check_combination(const ShowOptions& options) {
     throw Error(ErrorKind::kInput, what, why, next);
   };
   if (options.surfaces.empty()) refuse("surfaces", "none are given", "name a surface file");
+  check_screens(options);
   check_blend(options);
   if (options.people && !options.record.empty())
     refuse("record", "a run with people cannot be shown again bit for bit", "leave one of them out");

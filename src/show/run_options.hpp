@@ -19,10 +19,10 @@ inline constexpr double kUsualRate = 60;
 /// What a run that is recorded, or has no depth camera, cannot have.
 void check_combination(const ShowOptions& options);
 
-/// Without poses the rig stands still; surfaces of a depth camera are then in its own frame.
 /// "cart,sign": its parts.
 std::vector<std::string> split_names(const std::string& names);
 
+/// Without poses the rig stands still; surfaces of a depth camera are then in its own frame.
 bool rig_is_world(const ShowOptions& options);
 
 /// How the frames are drawn, and from which poses.
@@ -30,6 +30,13 @@ ProjectionOptions projection_options(const ShowOptions& options, const Rig& rig)
 
 /// What frames depend on besides what a log holds.
 std::string conditions_text(const ShowOptions& options, const ProjectionOptions& projection, const Rig& rig);
+
+/// Of the first of several screens, as those of a show with this one alone.
+ShowOptions of_first_screen(ShowOptions options);
+
+/// Of a further screen's projector: it moves with the first one, which stands where `first` has it.
+ProjectionOptions of_side_screen(const ProjectionOptions& first, const ShowOptions& options, const Rig& rig,
+                                 const std::string& projector);
 
 /// The folder that contents are relative to.
 std::filesystem::path content_folder(const std::string& surfaces);

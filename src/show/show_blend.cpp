@@ -85,7 +85,7 @@ BlendPlan blend_basis(const ShowOptions& options, const Rig& rig, const Projecti
 std::optional<BlendPlan> plan_blend(const ShowOptions& options, const Rig& rig,
                                     const ProjectionOptions& projection, const SurfaceSet& surfaces) {
   const bool in_group = !options.group.empty();
-  if (!options.blend && !in_group) return std::nullopt;
+  if (!options.blend && !in_group && options.screens.empty()) return std::nullopt;
   BlendPlan plan = blend_basis(options, rig, projection);
   if (plan.settings.projectors == std::vector<std::string>{"off"}) return std::nullopt;
   for (const auto& [name, ratio] : plan.settings.black) require_in_rig(rig, "black of '" + name + "'", name);
@@ -93,6 +93,7 @@ std::optional<BlendPlan> plan_blend(const ShowOptions& options, const Rig& rig,
     require_in_rig(rig, "brightness of '" + name + "'", name);
   if (in_group) return rig.projectors.size() > 1 ? std::optional(std::move(plan)) : std::nullopt;
   add_name(plan.fixed, plan.projector);
+  for (const ScreenOutput& screen : options.screens) add_name(plan.fixed, screen.projector);
   for (const std::string& name : plan.settings.projectors) {
     if (name == "all") {
       for (const RigProjector& projector : rig.projectors) add_name(plan.fixed, projector.name);
@@ -104,7 +105,7 @@ std::optional<BlendPlan> plan_blend(const ShowOptions& options, const Rig& rig,
   if (plan.fixed.size() == 1)
     refuse_blend("blend", "it names no other projector than '" + plan.projector + "', which this show has",
                  "name the others of the rig, or all");
-  if (has_moving_surfaces(plan, surfaces))
+  if (has_moving_surfaces(plan, surfaces) && options.blend)
     refuse_blend(
         "blend",
         "surfaces are in the world and the rig moves: where projectors overlap on them changes in "

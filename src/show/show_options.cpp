@@ -103,6 +103,14 @@ static void fields(io::Fields& f, BlendSettings& blend) {
           "'brightness' and 'one_level' need it", "add e.g. \"compensate\": 0.3");
 }
 
+static void fields(io::Fields& f, ScreenOutput& screen) {
+  f.field("projector", screen.projector);
+  f.optional("display", screen.display);
+  f.optional("output", screen.output);
+  f.check(screen.display.has_value() != !screen.output.empty(), "display",
+          "one of 'display' and 'output' is needed", "give the display's number, e.g. \"1\"");
+}
+
 static void check_times(io::Fields& f, const ShowOptions& o) {
   const auto check = [&](const char* name, const std::optional<double>& seconds, double max) {
     f.check(!seconds || (*seconds >= 0 && *seconds <= max), name,
@@ -134,6 +142,7 @@ static void fields(io::Fields& f, ShowOptions& o) {
   f.optional("freeze_on_stale_s", o.freeze_on_stale_s);
   f.optional("display", o.display);
   f.optional("output", o.output);
+  if (f.reading() ? f.has("screens") : !o.screens.empty()) f.list("screens", "screen", o.screens);
   f.optional("size", o.size);
   field_or(f, "fps", o.fps, usual.fps);
   field_or(f, "duration_s", o.duration_s, usual.duration_s);
@@ -205,6 +214,21 @@ bool is_depth_source(const std::string& surfaces) {
 
 bool is_shape_source(const std::string& surfaces) {
   return surfaces.rfind(kShape, 0) == 0;
+}
+
+ScreenOutput parse_screen(const std::string& text) {
+  const std::size_t sign = text.find('=');
+  if (sign == 0 || sign == std::string::npos || sign + 1 == text.size())
+    throw Error(ErrorKind::kInput, "screen '" + text + "'", "it is no projector and its display",
+                "give for example left=1");
+  ScreenOutput screen;
+  screen.projector = text.substr(0, sign);
+  const std::string place = text.substr(sign + 1);
+  if (place == "none" || place == "stdout" || place.find(':') != std::string::npos)
+    screen.output = place;
+  else
+    screen.display = place;
+  return screen;
 }
 
 ShowOptions load_options(const std::filesystem::path& path) {

@@ -15,45 +15,52 @@
 #include "run_options.hpp"
 
 namespace procam::show {
+namespace {
+
+void require_size(const device::FrameSink& sink, const Projection& projection) {
+  require(sink.size() == projection.frame_size(), "show::run: a sink of another size than the projector's");
+}
+
+}  // namespace
 
 ShowRun::ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options, ShowListener& listener,
-                 device::FrameSink* sink)
+                 std::vector<device::FrameSink*> sinks)
     : rig_(rig),
       is_calibrated_(is_calibrated),
-      options_(options),
+      options_((check_combination(options), of_first_screen(options))),
       listener_(listener),
-      sink_(sink),
+      given_sinks_(std::move(sinks)),
       in_room_(is_depth_source(options.surfaces)),
       folder_(content_folder(options.surfaces)),
       silhouettes_([this](const std::string& sentence) { listener_.on_event(sentence); }) {
-  check_combination(options);
-  ProjectionOptions projection = projection_options(options, rig);
+  ProjectionOptions projection = projection_options(options_, rig);
   if (projection.renderer->device() != "cpu") listener_.on_start("drawn by " + projection.renderer->device());
-  conditions_ = conditions_text(options, projection, rig);
-  if (options.people)
+  conditions_ = conditions_text(options_, projection, rig);
+  if (options_.people)
     people_ =
-        std::make_unique<ShowPeople>(*options.people, rig, rig.projector(options.projector),
+        std::make_unique<ShowPeople>(*options_.people, rig, rig.projector(options_.projector),
                                      [this](const std::string& sentence) { listener_.on_event(sentence); });
-  if (people_ || options.depth.silhouettes)
+  if (people_ || options_.depth.silhouettes)
     projection.over = [this](const Projection& through, double light_time, ImageView<std::uint8_t> frame) {
       if (people_) people_->draw_over(through, light_time, frame);
       if (options_.depth.silhouettes) silhouettes_.add(room_->darken(frame, through, light_time));
     };
-  if (in_room_) room_ = watch_room(options, rig, projection);
-  if (!options.publish.empty()) {
+  if (in_room_) room_ = watch_room(options_, rig, projection);
+  if (!options_.publish.empty()) {
     std::optional<Pose> world_from_rig;
     if (projection.projector_from_world)
       world_from_rig =
-          (rig.projector(options.projector).rig_from_projector * *projection.projector_from_world).inverse();
-    graph_ = std::make_unique<Ros2Output>(options, rig, projection.child_from_rig, world_from_rig);
+          (rig.projector(options_.projector).rig_from_projector * *projection.projector_from_world).inverse();
+    graph_ = std::make_unique<Ros2Output>(options_, rig, projection.child_from_rig, world_from_rig);
   }
   moving_ = projection.moving;
   projection_ = std::make_unique<Projection>(rig, projection);
   load_surfaces();
-  if (auto plan = plan_blend(options, rig, projection, first_)) open_blend(std::move(*plan));
-  if (!options.group.empty()) open_group();
+  if (auto plan = plan_blend(options_, rig, projection, first_)) open_blend(std::move(*plan));
+  if (!options_.group.empty()) open_group();
   open_output();
-  if (!options.fleet.empty()) open_fleet();
+  if (!options_.screens.empty()) open_sides(projection);
+  if (!options_.fleet.empty()) open_fleet();
   open_inputs();
   if (link_) link_->wait_until_joined([this] { listener_.on_frame({}); });
 }
@@ -76,6 +83,8 @@ ShowReport ShowRun::run() {
   parts.group = link_.get();
   parts.fleet = fleet_.get();
   parts.blend = blend_.get();
+  parts.sides = sides_.get();
+  parts.screen = options_.projector;
   parts.recorder = recorder_ ? &*recorder_ : nullptr;
   parts.contents = content_choices(folder_, first_);
   parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
@@ -93,12 +102,17 @@ ShowReport ShowRun::run() {
   };
   try {
     const Metrics metrics = run_loop(parts, loop_);
-    sink_->finish();
+    finish_outputs();
     return report(metrics);
   } catch (...) {  // a listener that ends the show, or an output that broke: a video is kept all the same
-    sink_->finish();
+    finish_outputs();
     throw;
   }
+}
+
+void ShowRun::finish_outputs() {
+  sink_->finish();
+  for (const auto& side : side_screens_) side->sink->finish();
 }
 
 void ShowRun::take_people() {
@@ -220,35 +234,62 @@ void ShowRun::open_output() {
   loop_.fps = options_.fps > 0 ? options_.fps : kUsualRate;
   loop_.duration_s = options_.duration_s;
   loop_.autosave = options_.autosave;
-  if (sink_ != nullptr) {
-    require(sink_->size() == projection_->frame_size(),
-            "show::run: a sink of another size than the projector's");
-  } else if (options_.output.empty()) {
-    open_display();
-  } else {
-    device::SinkOptions sink;
-    sink.size = projection_->frame_size();
-    sink.fps = loop_.fps;
-    opened_sink_ = device::open_sink(options_.output, sink);
+  if (given_sinks_.empty()) {
+    opened_sink_ = open_screen(options_.display, options_.output, projection_->frame_size());
     sink_ = opened_sink_.get();
+  } else {
+    sink_ = given_sinks_.front();
+    require_size(*sink_, *projection_);
   }
   loop_.delay_s = options_.delay_camera.empty() ? options_.delay_s : measured_delay();
 }
 
-void ShowRun::open_display() {
+std::unique_ptr<device::FrameSink> ShowRun::open_screen(const std::optional<std::string>& display,
+                                                        const std::string& output, ImageSize size) {
+  if (output.empty()) return open_display(display, size);
+  device::SinkOptions sink;
+  sink.size = size;
+  sink.fps = loop_.fps;
+  return device::open_sink(output, sink);
+}
+
+void ShowRun::open_sides(const ProjectionOptions& first) {
+  std::vector<SideScreen> screens;
+  for (std::size_t i = 1; i < options_.screens.size(); ++i) {
+    const ScreenOutput& output = options_.screens[i];
+    const ProjectionOptions projection = of_side_screen(first, options_, rig_, output.projector);
+    Side& side = *side_screens_.emplace_back(std::make_unique<Side>());
+    side.projection = std::make_unique<Projection>(rig_, projection);
+    if (auto plan = plan_blend(options_, rig_, projection, first_))
+      side.blend = std::make_unique<BlendMaker>(std::move(*plan));
+    if (given_sinks_.empty()) {
+      const double fps = loop_.fps;
+      side.opened = open_screen(output.display, output.output, side.projection->frame_size());
+      loop_.fps = fps;
+      side.sink = side.opened.get();
+    } else {
+      side.sink = given_sinks_.at(i);
+      require_size(*side.sink, *side.projection);
+    }
+    screens.push_back({output.projector, *side.projection, *side.sink, side.blend.get()});
+  }
+  sides_ = std::make_unique<SideScreens>(*projection_, std::move(screens));
+}
+
+std::unique_ptr<device::FrameSink> ShowRun::open_display(const std::optional<std::string>& wanted,
+                                                         ImageSize size) {
   const std::vector<device::Display> list = device::displays();
-  const device::Display& display = device::choose_display(list, options_.display);
-  const ImageSize size = projection_->frame_size();
+  const device::Display& display = device::choose_display(list, wanted);
   if (!(display.size == size))
     throw Error(ErrorKind::kDevice, "display " + std::to_string(display.number),
                 "it shows " + io::format_size(display.size) + " and the projector was calibrated with " +
                     io::format_size(size),
                 "set the display's mode to the projector's, or calibrate in this mode");
-  opened_sink_ = device::open_window(display.number);
-  sink_ = opened_sink_.get();
+  auto window = device::open_window(display.number);
   if (options_.fps <= 0 && display.refresh_hz > 0) loop_.fps = display.refresh_hz;
   listener_.on_start("display " + std::to_string(display.number) + ": " + display.name + ", " +
                      io::format_size(display.size));
+  return window;
 }
 
 double ShowRun::measured_delay() {

@@ -18,6 +18,7 @@
 #include "procam/track/pose_source.hpp"
 #include "rejected_counts.hpp"
 #include "ros2_output.hpp"
+#include "side_screens.hpp"
 #include "show_people.hpp"
 
 namespace procam::show {
@@ -26,11 +27,19 @@ namespace procam::show {
 class ShowRun {
  public:
   ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options, ShowListener& listener,
-          device::FrameSink* sink = nullptr);
+          std::vector<device::FrameSink*> sinks = {});
 
   ShowReport run();
 
  private:
+  /// Of a further screen.
+  struct Side {
+    std::unique_ptr<Projection> projection;
+    std::unique_ptr<BlendMaker> blend;
+    std::unique_ptr<device::FrameSink> opened;
+    device::FrameSink* sink = nullptr;
+  };
+
   /// A message that fails does not end the show.
   void take_people();
 
@@ -58,7 +67,15 @@ class ShowRun {
 
   void open_output();
 
-  void open_display();
+  void finish_outputs();
+
+  /// With the window or file that it names, of this size.
+  std::unique_ptr<device::FrameSink> open_screen(const std::optional<std::string>& display,
+                                                 const std::string& output, ImageSize size);
+
+  std::unique_ptr<device::FrameSink> open_display(const std::optional<std::string>& wanted, ImageSize size);
+
+  void open_sides(const ProjectionOptions& first);
 
   /// Domain and network of what listens in the ROS 2 graph.
   template <typename Source>
@@ -73,9 +90,10 @@ class ShowRun {
 
   const Rig& rig_;
   const bool is_calibrated_;
-  const ShowOptions& options_;
+  const ShowOptions options_;  ///< with those of the first screen
   ShowListener& listener_;
-  device::FrameSink* sink_;  ///< the caller's, or opened_sink_
+  const std::vector<device::FrameSink*> given_sinks_;  ///< the caller's, one a screen
+  device::FrameSink* sink_ = nullptr;                  ///< the first of these, or opened_sink_
   const bool in_room_;
   const std::filesystem::path folder_;
   std::string conditions_;
@@ -95,6 +113,8 @@ class ShowRun {
   std::unique_ptr<BlendMaker> blend_;
   std::unique_ptr<FleetLink> fleet_;  ///< outlives the output: its claims end when the last light is gone
   std::unique_ptr<device::FrameSink> opened_sink_;
+  std::vector<std::unique_ptr<Side>> side_screens_;
+  std::unique_ptr<SideScreens> sides_;  ///< null with one screen
   LoopOptions loop_;
   std::vector<std::unique_ptr<track::PoseSource>> sources_;
   std::optional<RunRecorder> recorder_;

@@ -35,6 +35,7 @@ void require_no_rig_needed(const ShowOptions& options) {
   refuse_if(options.watch.has_value(), "watch");
   refuse_if(options.track.has_value(), "track");
   refuse_if(options.blend.has_value(), "blend");
+  refuse_if(!options.screens.empty(), "screens");
   refuse_if(options.depth.silhouettes, "silhouettes");
   refuse_if(!options.record.empty(), "record");
 }

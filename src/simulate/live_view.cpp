@@ -25,6 +25,15 @@ struct LiveTap {
   float share_of_wide = 0;  ///< of the second Gaussian
 };
 
+float at(const ImageF& light, float x, float y) {
+  if (!(x >= 0 && y >= 0 && x < float(light.width() - 1) && y < float(light.height() - 1))) return 0;
+  const int column = int(x), row = int(y);
+  const float right = x - float(column), down = y - float(row);
+  const float *top = light.row(row) + column, *bottom = light.row(row + 1) + column;
+  return (1 - down) * ((1 - right) * top[0] + right * top[1]) +
+         down * ((1 - right) * bottom[0] + right * bottom[1]);
+}
+
 }  // namespace
 
 /// Blurred by both Gaussians, with a dark border.
@@ -35,59 +44,70 @@ class LiveView::Light {
 };
 
 struct LiveView::State {
-  ImageSize frame_size;
-  std::vector<LiveTap> taps;
+  /// One a projector.
+  struct Lit {
+    ImageSize frame_size;
+    std::vector<LiveTap> taps;
+    std::array<std::vector<float>, kBlurs> kernels;
+    std::array<float, 256> light_of{};
+    ProjectorMap truth;
+  };
+  std::vector<Lit> lit;
   ImageF unlit;
-  std::array<std::vector<float>, kBlurs> kernels;
   std::vector<float> camera_kernel;
-  std::array<float, 256> light_of{};
   internal::Sensor sensor;
   std::vector<std::uint8_t> curve;
-  ProjectorMap truth;
   int threads = 0;
 
-  Light light_of_frame(ViewU8 frame) const {
+  Light light_of_frame(const Lit& of, ViewU8 frame) const {
     Light light;
-    light.pad = int(kernels.back().size()) + 1;
+    light.pad = int(of.kernels.back().size()) + 1;
     ImageF sharp(frame.width + 2 * light.pad, frame.height + 2 * light.pad);
     for (int y = 0; y < frame.height; ++y) {
       float* out = sharp.row(y + light.pad) + light.pad;
       const std::uint8_t* in = frame.row(y);
       if (frame.channels == 1)
-        for (int x = 0; x < frame.width; ++x) out[x] = light_of[in[x]];
+        for (int x = 0; x < frame.width; ++x) out[x] = of.light_of[in[x]];
       else
         for (int x = 0; x < frame.width; ++x, in += frame.channels)
-          out[x] = (light_of[in[0]] + light_of[in[1]] + light_of[in[2]]) / 3;
+          out[x] = (of.light_of[in[0]] + of.light_of[in[1]] + of.light_of[in[2]]) / 3;
     }
     parallel_each(kBlurs, threads, [&](int i) {
-      light.by_width[std::size_t(i)] = internal::convolve(sharp, kernels[std::size_t(i)]);
+      light.by_width[std::size_t(i)] = internal::convolve(sharp, of.kernels[std::size_t(i)]);
     });
     return light;
+  }
+
+  void add(const Lit& of, const Light& light, ImageF& levels) const {
+    const float pad = float(light.pad);
+    parallel_for(levels.height(), threads, [&](int begin, int end) {
+      for (int y = begin; y < end; ++y) {
+        float* out = levels.row(y);
+        const LiveTap* tap = &of.taps[std::size_t(y) * std::size_t(levels.width())];
+        for (int x = 0; x < levels.width(); ++x, ++tap) {
+          if (!(tap->lit > 0)) continue;
+          const float u = tap->u + pad, v = tap->v + pad;
+          const float narrow = at(light.by_width[0], u, v), wide = at(light.by_width[1], u, v);
+          out[x] += tap->lit * (narrow + tap->share_of_wide * (wide - narrow));
+        }
+      }
+    });
   }
 };
 
 namespace {
 
-float at(const ImageF& light, float x, float y) {
-  if (!(x >= 0 && y >= 0 && x < float(light.width() - 1) && y < float(light.height() - 1))) return 0;
-  const int column = int(x), row = int(y);
-  const float right = x - float(column), down = y - float(row);
-  const float *top = light.row(row) + column, *bottom = light.row(row + 1) + column;
-  return (1 - down) * ((1 - right) * top[0] + right * top[1]) +
-         down * ((1 - right) * bottom[0] + right * bottom[1]);
-}
-
 /// The rays of a pixel as one tap.
-LiveTap mean_tap(const internal::SampledView& view, std::size_t first, double blur_px) {
+LiveTap mean_tap(const internal::SampledView& view, std::size_t light, std::size_t first, double blur_px) {
   LiveTap tap;
   double u = 0, v = 0, radius2 = 0, lit = 0;
   for (std::size_t ray = first; ray < first + std::size_t(view.samples_per_pixel); ++ray) {
-    const internal::LightSample& sample = view.of_light.front()[ray];
+    const internal::LightSample& sample = view.of_light[light][ray];
     const double level = sample.level * view.tint(ray, 0);
     lit += level;
     u += level * sample.u;
     v += level * sample.v;
-    if (!view.discs.front().empty()) radius2 += level * std::pow(view.discs.front()[ray], 2);
+    if (!view.discs[light].empty()) radius2 += level * std::pow(view.discs[light][ray], 2);
   }
   if (!(lit > 0)) return tap;
   tap.u = float(u / lit), tap.v = float(v / lit), tap.lit = float(lit);
@@ -130,33 +150,48 @@ std::array<double, kBlurs> mix_blurs(std::vector<LiveTap>& taps) {
 
 LiveView::LiveView(const Room& room, const Camera& camera, const Pose& room_from_camera,
                    const RoomLight& light, const LiveViewOptions& options)
+    : LiveView(room, camera, room_from_camera, std::vector<RoomLight>{light}, options) {}
+
+LiveView::LiveView(const Room& room, const Camera& camera, const Pose& room_from_camera,
+                   const std::vector<RoomLight>& lights, const LiveViewOptions& options)
     : state_(std::make_unique<State>()) {
   require(options.glare >= 0 && options.glare < 1, "LiveView: glare not in [0, 1)");
   require(options.view.exposure >= 0 && options.view.brightest_grey > 0 && options.view.gamma >= 0 &&
-              options.view.camera_blur_px >= 0 && light.blur_px >= 0 && light.gamma >= 0,
+              options.view.camera_blur_px >= 0,
           "LiveView: exposure, blur or gamma out of range");
-  const double reach = double(internal::gaussian_kernel(light.blur_px).size()) + 4;
+  std::vector<double> reaches;
+  for (const RoomLight& light : lights) {
+    require(light.blur_px >= 0 && light.gamma >= 0, "LiveView: a light's blur or gamma out of range");
+    reaches.push_back(double(internal::gaussian_kernel(light.blur_px).size()) + 4);
+  }
   internal::RoomSamples samples =
-      internal::sample_room(room, camera, room_from_camera, {light}, {reach}, options.view);
+      internal::sample_room(room, camera, room_from_camera, lights, reaches, options.view);
   State& s = *state_;
-  s.frame_size = light.projector.size();
   s.threads = options.view.threads;
-  s.taps.resize(std::size_t(camera.size.width) * std::size_t(camera.size.height));
-  double brightest = 0;
-  for (int y = 0; y < camera.size.height; ++y)
-    for (int x = 0; x < camera.size.width; ++x) {
-      LiveTap& tap = s.taps[std::size_t(y) * std::size_t(camera.size.width) + std::size_t(x)];
-      tap = mean_tap(samples.view, samples.view.first_ray_of(x, y), light.blur_px);
-      brightest = std::max(brightest, double(tap.lit + samples.view.ambient_level.at(x, y)));
-    }
-  add_footprints(s.taps, camera.size);
-  const auto sigmas = mix_blurs(s.taps);
-  for (std::size_t i = 0; i < kBlurs; ++i) s.kernels[i] = internal::gaussian_kernel(sigmas[i]);
+  ImageF full = samples.view.ambient_level;
+  for (std::size_t k = 0; k < lights.size(); ++k) {
+    const RoomLight& light = lights[k];
+    State::Lit& lit = s.lit.emplace_back();
+    lit.frame_size = light.projector.size();
+    lit.taps.resize(std::size_t(camera.size.width) * std::size_t(camera.size.height));
+    for (int y = 0; y < camera.size.height; ++y)
+      for (int x = 0; x < camera.size.width; ++x) {
+        LiveTap& tap = lit.taps[std::size_t(y) * std::size_t(camera.size.width) + std::size_t(x)];
+        tap = mean_tap(samples.view, k, samples.view.first_ray_of(x, y), light.blur_px);
+        full.at(x, y) += tap.lit;
+      }
+    add_footprints(lit.taps, camera.size);
+    const auto sigmas = mix_blurs(lit.taps);
+    for (std::size_t i = 0; i < kBlurs; ++i) lit.kernels[i] = internal::gaussian_kernel(sigmas[i]);
+    for (std::size_t i = 0; i < 256; ++i)
+      lit.light_of[i] =
+          float(light.black + (1 - light.black) * internal::light_of_value(double(i) / 255, light.gamma));
+    lit.truth = std::move(samples.truth.light[k]);
+  }
+  const double brightest =
+      *std::max_element(full.data(), full.data() + std::ptrdiff_t(full.width()) * full.height());
   s.unlit = std::move(samples.view.ambient_level);
   s.camera_kernel = internal::gaussian_kernel(options.view.camera_blur_px);
-  for (std::size_t i = 0; i < 256; ++i)
-    s.light_of[i] =
-        float(light.black + (1 - light.black) * internal::light_of_value(double(i) / 255, light.gamma));
   require(options.view.exposure > 0 || brightest > 0, "LiveView: no light reaches what the camera sees");
   s.sensor.exposure =
       options.view.exposure > 0 ? options.view.exposure : options.view.brightest_grey / brightest;
@@ -166,7 +201,6 @@ LiveView::LiveView(const Room& room, const Camera& camera, const Pose& room_from
   s.sensor.gamma = options.view.gamma;
   s.sensor.seed = options.view.seed;
   s.curve = internal::response_curve(options.view.gamma);
-  s.truth = std::move(samples.truth.light.front());
 }
 
 LiveView::~LiveView() = default;
@@ -176,14 +210,15 @@ LiveView& LiveView::operator=(LiveView&&) noexcept = default;
 double LiveView::exposure() const {
   return state_->sensor.exposure;
 }
-const ProjectorMap& LiveView::light() const {
-  return state_->truth;
+const ProjectorMap& LiveView::light(std::size_t projector) const {
+  return state_->lit.at(projector).truth;
 }
 
-std::shared_ptr<const LiveView::Light> LiveView::light_of(ViewU8 frame) const {
-  require(frame.size() == state_->frame_size && (frame.channels == 1 || frame.channels == 3),
+std::shared_ptr<const LiveView::Light> LiveView::light_of(ViewU8 frame, std::size_t projector) const {
+  const State::Lit& lit = state_->lit.at(projector);
+  require(frame.size() == lit.frame_size && (frame.channels == 1 || frame.channels == 3),
           "LiveView: a frame of another size than the projector's, or not of 1 channel or 3");
-  return std::make_shared<const Light>(state_->light_of_frame(frame));
+  return std::make_shared<const Light>(state_->light_of_frame(lit, frame));
 }
 
 ImageU8 LiveView::capture(ViewU8 frame, std::uint64_t number) const {
@@ -191,21 +226,16 @@ ImageU8 LiveView::capture(ViewU8 frame, std::uint64_t number) const {
 }
 
 ImageU8 LiveView::capture(const Light& light, std::uint64_t number) const {
+  // Not owned: it outlives the call.
+  return capture({std::shared_ptr<const Light>(std::shared_ptr<void>(), &light)}, number);
+}
+
+ImageU8 LiveView::capture(const std::vector<std::shared_ptr<const Light>>& lights,
+                          std::uint64_t number) const {
   const State& s = *state_;
+  require(lights.size() == s.lit.size(), "LiveView: one light is needed for each projector");
   ImageF levels = s.unlit;
-  const float pad = float(light.pad);
-  parallel_for(levels.height(), s.threads, [&](int begin, int end) {
-    for (int y = begin; y < end; ++y) {
-      float* out = levels.row(y);
-      const LiveTap* tap = &s.taps[std::size_t(y) * std::size_t(levels.width())];
-      for (int x = 0; x < levels.width(); ++x, ++tap) {
-        if (!(tap->lit > 0)) continue;
-        const float u = tap->u + pad, v = tap->v + pad;
-        const float narrow = at(light.by_width[0], u, v), wide = at(light.by_width[1], u, v);
-        out[x] += tap->lit * (narrow + tap->share_of_wide * (wide - narrow));
-      }
-    }
-  });
+  for (std::size_t k = 0; k < lights.size(); ++k) s.add(s.lit[k], *lights[k], levels);
   return internal::develop(internal::through_lens(std::move(levels), {}, s.sensor, s.camera_kernel), s.sensor,
                            s.curve, number);
 }

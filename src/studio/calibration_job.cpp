@@ -1,5 +1,6 @@
 #include "calibration_job.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "procam/calibrate/calibrate.hpp"
@@ -13,6 +14,13 @@ namespace procam::studio {
 namespace {
 
 struct CalibrationStopped {};
+
+/// Of the projector with the largest one, mm on the wall.
+double largest_error(const report::ReportInput& input) {
+  double largest = 0;
+  for (const analyze::LightErrors& one : input.predicted) largest = std::max(largest, one.externally.rms_mm);
+  return largest;
+}
 
 /// Shares of the whole work.
 constexpr double kReading = 0.5, kSolving = 0.9;
@@ -94,7 +102,7 @@ CalibrationOutcome CalibrationJob::work(const Project& project, const std::optio
   CalibrationOutcome outcome;
   outcome.rig = result.rig;
   outcome.passed = result.rig.quality.passed();
-  if (!input.predicted.empty()) outcome.predicted_mm = input.predicted.front().externally.rms_mm;
+  outcome.predicted_mm = largest_error(input);
   outcome.lines = report::headline(result, input);
   return outcome;
 }
@@ -108,7 +116,7 @@ CalibrationOutcome judge_stored(const Rig& rig, double accept_mm) {
   const report::ReportInput input =
       report::judge(rig, kStatedDistance, accepted(accept_mm), quality.gates, diagnostics);
   outcome.passed = quality.passed() && rig.quality.passed();
-  if (!input.predicted.empty()) outcome.predicted_mm = input.predicted.front().externally.rms_mm;
+  outcome.predicted_mm = largest_error(input);
   outcome.lines = report::headline(rig, quality, input);
   return outcome;
 }

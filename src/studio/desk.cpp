@@ -24,6 +24,11 @@ constexpr std::size_t kMessages = 6;
 constexpr double kPublishPeriod = 0.05;
 constexpr double kLook = 0.03;
 
+bool has_projector(const Rig& rig, const std::string& name) {
+  return std::any_of(rig.projectors.begin(), rig.projectors.end(),
+                     [&](const RigProjector& one) { return one.name == name; });
+}
+
 show::PageServerOptions server_options(const StudioOptions& options) {
   show::PageServerOptions server = show::parse_page_address(options.control);
   server.token = options.token;
@@ -35,7 +40,7 @@ show::PageServerOptions server_options(const StudioOptions& options) {
 }  // namespace
 
 Desk::Desk(const StudioOptions& options, StudioListener& listener)
-    : options_(options), listener_(listener), project_(options.project), page_(project_) {
+    : options_(options), listener_(listener), project_(options.project), page_(project_), screens_(page_) {
   if (options.simulate) stage_ = std::make_unique<SimulatedStage>(*options.simulate);
   load_results();
   page_.publish(state_text());  // before the first page can ask for one
@@ -48,7 +53,7 @@ Desk::~Desk() = default;
 void Desk::run() {
   try {
     // What was open before is opened again; a projector that is gone is reported on the page.
-    for (const auto open : {&Desk::open_display, &Desk::open_camera}) {
+    for (const auto open : {&Desk::open_displays, &Desk::open_camera}) {
       try {
         (this->*open)();
       } catch (const Error& error) {
@@ -78,7 +83,7 @@ void Desk::pump() {
     }
   }
   take_calibration();
-  if (sink_) sink_->poll();
+  screens_.poll();
   const double now = steady_now();
   if (now - published_s_ >= kPublishPeriod) {
     published_s_ = now;
@@ -138,7 +143,7 @@ Surface& Desk::surface(const std::string& name) {
 void Desk::save_surfaces() {
   drift_.reset();
   io::save_surfaces(project_.surfaces(), surfaces_);
-  if (outlines_shown_ && sink_) show_outlines();
+  if (outlines_shown_ && screens_.is_open()) show_outlines();
 }
 
 const Rig& Desk::rig() const {
@@ -151,64 +156,35 @@ void Desk::go_to(Step step) {
   project_.save();
   spotter_.look_for(step == Step::kBoard || step == Step::kCapture ? board_ : std::nullopt);
   if (stage_ && step != Step::kCapture) stage_->put_board_away();
-  if (!sink_) return;
+  if (!screens_.is_open()) return;
   if (step == Step::kDisplay)
     show_test_card();
   else
     show_flat(255);
 }
 
-/// The surfaces' sides as light, to see on the wall what is dragged in the frame.
 void Desk::show_outlines() {
-  device::FrameSink& sink = projector();
-  ImageU8 frame(sink.size(), 1, 0);
-  for (const Surface& one : surfaces_.surfaces) {
-    const std::vector<Vec2> outline = outline_in_frame(one, rig());
-    for (std::size_t i = 0; i < outline.size(); ++i) {
-      const Vec2 from = outline[i], step = outline[(i + 1) % outline.size()] - from;
-      if (step.norm() > frame.width() + frame.height()) continue;
-      const int steps = int(std::ceil(2 * step.norm())) + 1;
-      for (int k = 0; k < steps; ++k) {
-        const Vec2 at = from + k / double(steps) * step;
-        for (int y = int(std::lround(at.y())) - 1; y <= int(std::lround(at.y())) + 1; ++y)
-          for (int x = int(std::lround(at.x())) - 1; x <= int(std::lround(at.x())) + 1; ++x)
-            if (x >= 0 && y >= 0 && x < frame.width() && y < frame.height()) frame.at(x, y) = 255;
-      }
-    }
-  }
-  sink.show(frame);
+  screens_.show_outlines(surfaces_, rig());
   outlines_shown_ = true;
 }
 
 void Desk::show_flat(int level) {
   outlines_shown_ = false;
-  device::FrameSink& sink = projector();
-  sink.show(ImageU8(sink.size(), 1, std::uint8_t(level)));
+  screens_.at();
+  screens_.show_flat(level);
 }
 
-/// A frame's border, its diagonals and one-pixel squares: keystone, scaling and cut edges can be seen.
 void Desk::show_test_card() {
   outlines_shown_ = false;
-  device::FrameSink& sink = projector();
-  ImageU8 card(sink.size(), 1, 0);
-  const int w = card.width(), h = card.height(), step = std::max(16, h / 12);
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      const bool border = x < 3 || y < 3 || x >= w - 3 || y >= h - 3;
-      const bool grid = x % step == 0 || y % step == 0;
-      const bool squares = std::abs(x - w / 2) < 2 * step && std::abs(y - h / 2) < step;
-      card.at(x, y) = border ? 255 : squares ? ((x + y) % 2 == 0 ? 255 : 0) : grid ? 160 : 24;
-    }
-  sink.show(card);
+  screens_.at();
+  screens_.show_test_card();
 }
 
-void Desk::open_display() {
-  sink_.reset();
-  opened_sink_.reset();
-  const std::string& wanted = project_.choices.display;
-  if (wanted.empty()) return;
-  if (!stage_) opened_sink_ = device::open_window(device::find_display(device::displays(), wanted).number);
-  sink_ = std::make_unique<Screen>(stage_ ? stage_->projector() : *opened_sink_, page_);
+void Desk::open_displays() {
+  shutters_.clear();
+  lit_.clear();
+  framed_ = 0;
+  screens_.open(project_.choices.projectors(), stage_.get());
 }
 
 void Desk::open_camera() {
@@ -235,10 +211,6 @@ void Desk::open_camera() {
   camera_ = std::make_unique<Camera>(*source, [this](const device::SeenFrame& frame) { seen(frame); });
 }
 
-device::FrameSink& Desk::projector() {
-  if (!sink_) throw refused("projector", "no display is chosen", "choose one in the step 'display'");
-  return *sink_;
-}
 device::FrameSource& Desk::camera() {
   if (!camera_) throw refused("camera", "none is chosen", "choose one in the step 'camera'");
   return *camera_;
@@ -304,13 +276,38 @@ void Desk::load_results() {
   if (fs::exists(project_.board())) board_ = io::load_board(project_.board());
   if (stage_) stage_->take_board(board_);
   if (fs::exists(project_.surfaces())) surfaces_ = io::load_surfaces(project_.surfaces());
+  rig_.reset();
   if (!fs::exists(project_.rig())) return;
-  rig_ = io::load_rig(project_.rig());
+  Rig stored = io::load_rig(project_.rig());
+  if (const std::optional<std::string> missing = missing_projector(stored)) {
+    say("rig.json is of other projectors than those of the step 'display': " + *missing);
+    return;
+  }
+  rig_ = std::move(stored);
   const CalibrationOutcome judged = judge_stored(*rig_, project_.choices.accept_mm);
   headline_ = judged.lines;
   predicted_mm_ = judged.predicted_mm;
   rig_passed_ = judged.passed;
-  if (stage_) true_rig_mm_ = analyze::true_light_error(*rig_, stage_->truth(), kStatedDistance).rms_mm;
+  if (stage_) true_rig_mm_ = true_rig_error();
+}
+
+/// What of the chosen projectors the rig does not have.
+std::optional<std::string> Desk::missing_projector(const Rig& rig) const {
+  const std::vector<ChosenProjector> chosen = project_.choices.projectors();
+  if (chosen.size() < 2 && rig.projectors.size() != 1)
+    return "it has " + std::to_string(rig.projectors.size()) + " projectors";
+  for (const ChosenProjector& one : chosen)
+    if (!one.name.empty() && !has_projector(rig, one.name)) return "it has no '" + one.name + "'";
+  return std::nullopt;
+}
+
+/// Of the projector with the largest one, mm on a wall.
+double Desk::true_rig_error() const {
+  double largest = 0;
+  for (const RigProjector& projector : rig().projectors)
+    largest = std::max(
+        largest, analyze::true_light_error(rig(), stage_->truth(), kStatedDistance, projector.name).rms_mm);
+  return largest;
 }
 
 }  // namespace procam::studio

@@ -25,6 +25,7 @@
 #include "procam/show/show_options.hpp"
 #include "procam/studio/studio.hpp"
 #include "project.hpp"
+#include "projector_screens.hpp"
 #include "simulated_stage.hpp"
 #include "wall.hpp"
 
@@ -44,9 +45,9 @@ class Desk {
   /// The person has stopped a job.
   struct Stopped {};
   class Camera;         ///< the source, with a copy of each image for the page
-  class Screen;         ///< the sink, with a copy of each frame
   class CaptureDialog;  ///< of session::record_session()
   class ShowFollower;   ///< of show::run()
+  struct ShownPatterns;
   struct StateParts;    ///< of state_text()
 
   // desk.cpp
@@ -62,19 +63,23 @@ class Desk {
   void show_flat(int level);
   void show_outlines();
   void show_test_card();
-  void open_display();
+  void open_displays();
   void open_camera();
-  device::FrameSink& projector();
   device::FrameSource& camera();
   void make_board();
   void load_results();
   void save_surfaces();
   const Rig& rig() const;
+  double true_rig_error() const;
+  std::optional<std::string> missing_projector(const Rig& rig) const;
   Surface& surface(const std::string& name);
 
   // desk_commands.cpp
   void execute(const StudioCommand& command);
   void execute_setup(const StudioCommand& command);
+  void choose_further_display(const StudioCommand& command);
+  /// In the rig, of the projector whose frame the page shows.
+  std::string framed_name() const;
   void choose(const StudioCommand& command);  ///< what execute_setup() takes back where it fails
   void execute_surfaces(const StudioCommand& command);
   void add_surface(const StudioCommand& command);
@@ -89,19 +94,22 @@ class Desk {
   void run_job();
   void identify();
   void check_camera();
+  void check_light_of(std::size_t projector);
+  bool is_light_checked() const;
   void capture();
   void measure_wall();
   void read_wall();
   void see_marker();
   void find_drift();
   /// The wall without the board under each frame, in folder/view_00.
-  void capture_wall(const session::SessionPattern& pattern, const std::filesystem::path& folder);
+  void capture_wall(const std::string& pattern, const std::filesystem::path& folder);
   void run_show();
   void map_by_hand();
   void serve_beside(show::ShowOptions& options);
   show::ShowOptions show_options(const std::filesystem::path& surfaces) const;
   void take_calibration();
-  session::CaptureRig capture_rig();
+  /// With one of the projectors, while the others are black.
+  session::CaptureRig capture_rig(std::size_t projector);
   void begin_guiding();
   void guide_next_pose(const std::optional<GuidedPose>& advised);
   GuidedPose listed_pose(int number) const;
@@ -119,9 +127,8 @@ class Desk {
   StudioPage page_;
 
   std::unique_ptr<SimulatedStage> stage_;  ///< with options_.simulate
-  std::unique_ptr<device::FrameSink> opened_sink_;
   std::unique_ptr<device::FrameSource> opened_source_;
-  std::unique_ptr<Screen> sink_;
+  ProjectorScreens screens_;
   std::unique_ptr<Camera> camera_;
 
   Job job_ = Job::kNone;
@@ -137,8 +144,8 @@ class Desk {
   double last_image_s_ = 0, images_per_s_ = 0;
   ImageSize image_size_;
   double saturated_share_ = 0, brightness_ = 0, sharpness_ = 0;
-  std::optional<LitBox> lit_;
-  std::optional<session::ShutterOptions> shutter_;  ///< measured by check_camera()
+  std::vector<std::optional<LitBox>> lit_;                        ///< by each projector; empty: not checked
+  std::vector<session::ShutterOptions> shutters_;  ///< one a projector, measured by check_camera()
   BoardSpotter spotter_;
 
   // Results.
@@ -155,8 +162,9 @@ class Desk {
   std::vector<ScanPoint> scan_;      ///< of the measured wall, by light or depth
   std::optional<Plane> wall_plane_;  ///< or its plane, by a marker
   SurfaceSet surfaces_;
-  std::optional<Drift> drift_;
+  std::optional<Drift> drift_;  ///< of all projectors
   bool outlines_shown_ = false;
+  std::size_t framed_ = 0;  ///< the projector whose frame the page shows for dragging
   std::string show_url_;
   bool frozen_ = false;
   std::vector<std::string> show_commands_;

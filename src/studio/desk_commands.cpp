@@ -55,6 +55,13 @@ void Desk::execute(const StudioCommand& command) {
   if (verb == "correct_rig") return correct_rig();
   if (verb == "autostart") return write_service();
   if (verb == "bump" && stage_) return stage_->bump_projector();
+  if (verb == "frame_of") {
+    const double number = command.numbers.empty() ? -1 : command.numbers[0];
+    if (!(number >= 0 && number < double(screens_.size())))
+      throw refused("projector", "there is none of this number", "choose one of the list");
+    framed_ = std::size_t(number);
+    return;
+  }
   if (verb == "calibrate") {
     if (!project_.is_done(Step::kCapture))
       throw refused("calibrate", "the session is not complete", "capture all views first");
@@ -83,8 +90,10 @@ void Desk::choose(const StudioCommand& command) {
   Choices& choices = project_.choices;
   if (verb == "display") {
     choices.display = text;
-    open_display();
+    open_displays();
     show_test_card();
+  } else if (verb == "further_display" || verb == "remove_display") {
+    choose_further_display(command);
   } else if (verb == "camera") {
     choices.camera = text;
     choices.camera_checked = 0;
@@ -133,6 +142,39 @@ void Desk::choose(const StudioCommand& command) {
   }
 }
 
+/// A session is of the projectors that it was captured with.
+void Desk::choose_further_display(const StudioCommand& command) {
+  Choices& choices = project_.choices;
+  std::vector<std::string>& further = choices.further_displays;
+  if (project_.views_captured() > 0)
+    throw refused("projectors", "the captured views are of those that were chosen before",
+                  "move " + project_.session().string() + " away to begin again");
+  constexpr std::size_t kMaxFurther = 15;
+  const double number = command.numbers.empty() ? -1 : command.numbers[0];
+  if (command.verb == "remove_display") {
+    if (!(number >= 1 && number <= double(further.size())))
+      throw refused("projector", "there is none of this number", "choose one of the list");
+    further.erase(further.begin() + std::ptrdiff_t(number) - 1);
+  } else {
+    const bool is_used = command.text == choices.display ||
+                         std::find(further.begin(), further.end(), command.text) != further.end();
+    if (choices.display.empty() || command.text.empty() || is_used || further.size() >= kMaxFurther)
+      throw refused("display '" + command.text + "'",
+                    is_used ? "another projector has it" : "it cannot be that of a further projector",
+                    "choose the first projector's display, then another one for each further projector");
+    further.push_back(command.text);
+  }
+  choices.camera_checked = 0;
+  open_displays();
+  show_test_card();
+  load_results();
+}
+
+std::string Desk::framed_name() const {
+  const std::vector<ChosenProjector> all = project_.choices.projectors();
+  return framed_ < all.size() ? all[framed_].name : std::string();
+}
+
 void Desk::execute_surfaces(const StudioCommand& command) {
   const std::vector<double>& n = command.numbers;
   if (command.verb == "surface") {
@@ -142,8 +184,9 @@ void Desk::execute_surfaces(const StudioCommand& command) {
   } else if (command.verb == "corner" || command.verb == "corner_in_frame") {
     if (n.size() != 3) throw refused("corner", "its number and its pixel are needed", "drag a corner");
     Surface& moved = surface(command.name);
-    const auto move = command.verb == "corner" ? move_corner : move_lit_corner;
-    moved = move(moved, rig(), int(n[0]), Vec2(n[1], n[2]));
+    const Vec2 pixel(n[1], n[2]);
+    moved = command.verb == "corner" ? move_corner(moved, rig(), int(n[0]), pixel)
+                                     : move_lit_corner(moved, rig(), int(n[0]), pixel, framed_name());
   } else if (command.verb == "mask") {
     add_mask(command);
   } else if (command.verb == "unmask") {

@@ -49,6 +49,19 @@ std::optional<LitBox> lit_box(const ImageU8& white, const ImageU8& black) {
 
 }  // namespace
 
+/// The pattern of each projector, and what records it.
+struct Desk::ShownPatterns {
+  ShownPatterns(ProjectorScreens& screens, const std::string& pattern, device::FrameSource& camera) {
+    for (std::size_t i = 0; i < screens.size(); ++i) {
+      patterns.push_back(session::make_pattern(pattern, screens.at(i).size()));
+      devices.projectors.push_back({screens.name(i), *patterns.back(), screens.at(i)});
+    }
+    devices.cameras.push_back({"", camera});
+  }
+  std::vector<std::unique_ptr<session::SessionPattern>> patterns;
+  session::RecorderDevices devices;
+};
+
 class Desk::CaptureDialog : public session::RecorderDialog {
  public:
   explicit CaptureDialog(Desk& desk) : desk_(desk) {}
@@ -166,19 +179,20 @@ void Desk::run_job() {
   show_url_.clear();
   doing_.clear();
   guided_.reset();
-  if (!sink_) return;
+  if (!screens_.is_open()) return;
   job == Job::kIdentify || job == Job::kMapping ? show_test_card() : show_flat(255);
 }
 
-/// The projector's own window makes way for those of all displays.
+/// The projectors' own windows make way for those of all displays.
 void Desk::identify() {
   doing_ = "showing each display its number";
-  sink_.reset();
-  opened_sink_.reset();
+  screens_.close();
   try {
     if (stage_) {
-      const auto shown = std::make_unique<Screen>(stage_->projector(), page_);
-      shown->show(show::identification(shown->size(), 1, "simulated projector"));
+      screens_.open(stage_->all_projectors(), stage_.get());
+      for (std::size_t i = 0; i < screens_.size(); ++i)
+        screens_.at(i).show(
+            show::identification(screens_.at(i).size(), int(i) + 1, "simulated projector"));
       constexpr double kTime = 3;  // seconds
       for (const double end = steady_now() + kTime; steady_now() < end; look(kDialogLook)) pump();
     } else {
@@ -186,60 +200,75 @@ void Desk::identify() {
       show::identify_displays(&follower);
     }
   } catch (...) {
-    open_display();
+    open_displays();
     throw;
   }
-  open_display();
+  open_displays();
 }
 
-session::CaptureRig Desk::capture_rig() {
-  return {projector(), camera(), [this] { pump(); }};
+session::CaptureRig Desk::capture_rig(std::size_t projector) {
+  device::FrameSink& screen = screens_.at(projector);
+  screens_.darken_others(projector);
+  return {screen, camera(), [this] { pump(); }};
+}
+
+bool Desk::is_light_checked() const {
+  return screens_.is_open() && shutters_.size() == screens_.size();
 }
 
 void Desk::check_camera() {
-  const session::CaptureRig devices = capture_rig();
+  screens_.at();
   if (stage_) stage_->put_board_away();
-  doing_ = "measuring the camera's delay";
-  const session::Delay delay = session::measure_delay(devices);
-  doing_ = "checking light, tone and pixels";
-  session::Shutter shutter(devices, session::shutter_options(delay));
-  ImageU8 white, black;
-  const session::LightReport report =
-      session::check_light(shutter, [&](const std::string& name, const ImageU8& image) {
-        if (name == "white_0" || name == "white") white = image;
-        if (name == "black_0") black = image;
-        ++done_;
-        pump();
-      });
-  say("the camera sees a frame " + std::to_string(int(1000 * delay.delay_s)) + " ms after it is shown; " +
-      fixed(100 * report.exposure.lit_share, 0) + " % of its image is lit, with " +
-      fixed(report.exposure.contrast, 0) + " grey levels of contrast, " +
-      fixed(100 * report.exposure.saturated_share, 1) + " % saturated");
-  const Diagnostics found = report.diagnostics();
-  for (const Diagnostic& remark : found.items) say(remark.message);
-  lit_ = white.size() == black.size() && !white.empty() ? lit_box(white, black) : std::nullopt;
-  shutter_ = shutter.options();
-  if (found.failed()) {
-    shutter_.reset();
-    for (const Diagnostic& remark : found.items)
-      if (remark.severity == Severity::kFailure)
-        throw Error(ErrorKind::kDevice, "check of projector and camera", remark.message,
-                    "correct it and check again");
+  shutters_.clear(), lit_.clear();
+  try {
+    for (std::size_t i = 0; i < screens_.size(); ++i) check_light_of(i);
+  } catch (...) {
+    shutters_.clear();
+    throw;
   }
   project_.choices.camera_checked = 1;
   project_.save();
 }
 
+void Desk::check_light_of(std::size_t projector) {
+  const session::CaptureRig devices = capture_rig(projector);
+  const std::string name = screens_.name(projector);
+  doing_ = name.empty() ? "measuring the camera's delay" : "measuring the camera's delay after " + name;
+  const session::Delay delay = session::measure_delay(devices);
+  doing_ = "checking light, tone and pixels";
+  session::Shutter shutter(devices, session::shutter_options(delay));
+  ImageU8 white, black;
+  const session::LightReport report =
+      session::check_light(shutter, [&](const std::string& image_name, const ImageU8& image) {
+        if (image_name == "white_0" || image_name == "white") white = image;
+        if (image_name == "black_0") black = image;
+        ++done_;
+        pump();
+      });
+  say((name.empty() ? "" : name + ": ") + "the camera sees a frame " +
+      std::to_string(int(1000 * delay.delay_s)) + " ms after it is shown; " +
+      fixed(100 * report.exposure.lit_share, 0) + " % of its image is lit, with " +
+      fixed(report.exposure.contrast, 0) + " grey levels of contrast, " +
+      fixed(100 * report.exposure.saturated_share, 1) + " % saturated");
+  const Diagnostics found = report.diagnostics();
+  for (const Diagnostic& remark : found.items) say(remark.message);
+  lit_.push_back(white.size() == black.size() && !white.empty() ? lit_box(white, black) : std::nullopt);
+  shutters_.push_back(shutter.options());
+  for (const Diagnostic& remark : found.items)
+    if (remark.severity == Severity::kFailure)
+      throw Error(ErrorKind::kDevice, "check of projector and camera", remark.message,
+                  "correct it and check again");
+}
+
 void Desk::capture() {
   if (!board_)
     throw Error(ErrorKind::kInput, "capture", "no board is chosen", "choose one in the step 'board'");
-  if (!shutter_) check_camera();
-  const session::CaptureRig devices = capture_rig();
-  const auto pattern = session::make_pattern(project_.choices.pattern, devices.screen.size());
+  if (!is_light_checked()) check_camera();
+  const ShownPatterns shown(screens_, project_.choices.pattern, camera());
   session::RecorderOptions options;
   options.folder = project_.session();
   options.views = project_.choices.views;
-  options.checked = shutter_;
+  if (screens_.size() == 1) options.checked = shutters_.front();
   CaptureDialog dialog(*this);
   captured_.reset();
   take_now_ = false;
@@ -249,8 +278,7 @@ void Desk::capture() {
     guide_next_pose(std::nullopt);
     while (stage_->is_moving()) look(kDialogLook), pump();
   }
-  session::record_session({{{"", *pattern, devices.screen}}, {{"", devices.camera}}}, *board_, options,
-                          dialog);
+  session::record_session(shown.devices, *board_, options, dialog);
   if (stage_) stage_->put_board_away();
 }
 
@@ -264,7 +292,11 @@ void Desk::begin_guiding() {
 
 GuidedPose Desk::listed_pose(int number) const {
   const Vec2 size(image_size_.width, image_size_.height);
-  return guided_pose(number, *board_, image_size_, lit_.value_or(LitBox{0.25 * size, 0.75 * size}));
+  const LitBox middle{0.25 * size, 0.75 * size};
+  // In the light of each projector in turn.
+  const int projectors = std::max(1, int(lit_.size()));
+  const LitBox lit = lit_.empty() ? middle : lit_[std::size_t(number % projectors)].value_or(middle);
+  return guided_pose(number / projectors, *board_, image_size_, lit);
 }
 
 bool Desk::hold_listed_pose(int number) {
@@ -283,26 +315,32 @@ void Desk::guide_next_pose(const std::optional<GuidedPose>& advised) {
   say("the simulated person finds no pose of this board that camera and projector both cover");
 }
 
-void Desk::capture_wall(const session::SessionPattern& pattern, const fs::path& folder) {
-  if (!shutter_) check_camera();
+void Desk::capture_wall(const std::string& pattern, const fs::path& folder) {
+  if (!is_light_checked()) check_camera();
   if (stage_) {
     stage_->put_board_away();
     while (stage_->is_moving()) look(kDialogLook), pump();
   }
-  const session::CaptureRig devices = capture_rig();
+  const ShownPatterns shown(screens_, pattern, camera());
   std::error_code ignored;
   fs::remove_all(folder / "view_00", ignored);
   fs::remove_all(folder / ".view_00.partial", ignored);
   session::make_folder(folder);
-  io::save_session(folder, session::describe_session(pattern, devices.screen.size(), std::nullopt, 1));
-  session::ViewWriter files(folder, 0);
-  session::Shutter shutter(devices, *shutter_);
-  done_ = 0;
-  total_ = pattern.frame_count();
+  io::save_session(folder, shown.devices.session(std::nullopt, 1));
+  std::vector<std::string> stacks;
+  done_ = total_ = 0;
+  for (const session::RecorderDevices::Projector& projector : shown.devices.projectors) {
+    stacks.push_back(projector.name);
+    total_ += projector.pattern.frame_count();
+  }
+  session::ViewWriter files(folder, 0, stacks);
   doing_ = "measuring the wall";
-  for (const ImageU8& frame : pattern.frames()) {
-    files.keep(shutter.take(frame).image);
-    done_ = files.kept();
+  for (std::size_t i = 0; i < stacks.size(); ++i) {
+    session::Shutter shutter(capture_rig(i), shutters_[i]);
+    for (const ImageU8& frame : shown.devices.projectors[i].pattern.frames()) {
+      files.keep(shutter.take(frame).image, i);
+      ++done_;
+    }
   }
   files.finish();
 }
@@ -320,7 +358,7 @@ void Desk::measure_wall() {
   } else if (by == "marker") {
     see_marker();
   } else {
-    capture_wall(*session::make_pattern("gray", projector().size()), project_.scan());
+    capture_wall("gray", project_.scan());
   }
   read_wall();
   say(wall_plane_
@@ -348,7 +386,7 @@ void Desk::read_wall() {
 
 void Desk::see_marker() {
   const MarkerMap map = io::parse_marker(project_.choices.marker);
-  if (!shutter_) check_camera();
+  if (!is_light_checked()) check_camera();
   const auto hang = [&](const std::optional<PlacedMarker>& marker) {
     if (!stage_) return;
     stage_->put_board_away();
@@ -358,8 +396,9 @@ void Desk::see_marker() {
   };
   doing_ = "looking for the marker";
   hang(map.markers.front());
-  const session::CaptureRig devices = capture_rig();
-  session::Shutter shutter(devices, *shutter_);
+  screens_.show_flat(255);
+  const session::CaptureRig devices{screens_.at(), camera(), [this] { pump(); }};
+  session::Shutter shutter(devices, shutters_.front());
   constexpr int kImages = 10;
   const ImageU8 image = mean_image(shutter, ImageU8(devices.screen.size(), 1, 255), kImages);
   hang(std::nullopt);
@@ -368,22 +407,28 @@ void Desk::see_marker() {
 }
 
 void Desk::find_drift() {
-  const auto pattern = session::make_pattern("charuco", projector().size());
-  const Rig& stated = rig();
+  rig();
   if (surfaces_.surfaces.empty())
     throw Error(ErrorKind::kInput, "drift check", "there is no surface", "make one in the step 'surfaces'");
   drift_.reset();
-  capture_wall(*pattern, project_.check());
-  drift_ = check_drift(stated, surfaces_,
-                       session::read_projected_board(project_.check() / "view_00", "", projector().size(),
-                                                     stated.camera().camera.size));
+  capture_wall("charuco", project_.check());
+  std::vector<DriftCapture> captured;
+  for (std::size_t i = 0; i < screens_.size(); ++i)
+    captured.push_back({screens_.name(i), session::read_projected_board(
+                                              project_.check() / "view_00" / screens_.name(i), "",
+                                              screens_.at(i).size(), rig().camera().camera.size)});
+  drift_ = check_drift(rig(), surfaces_, captured);
   for (const WallDrift& wall : drift_->walls) say(to_sentence(wall));
 }
 
 show::ShowOptions Desk::show_options(const fs::path& surfaces) const {
   show::ShowOptions options;
   options.surfaces = surfaces.string();
-  if (!stage_) options.display = project_.choices.display;
+  const std::vector<ChosenProjector> projectors = project_.choices.projectors();
+  if (projectors.size() == 1 && !stage_) options.display = projectors.front().display;
+  if (projectors.size() > 1)
+    for (const ChosenProjector& one : projectors)
+      options.screens.push_back({one.name, stage_ ? std::nullopt : std::optional(one.display), stage_ ? "none" : ""});
   return options;
 }
 
@@ -394,16 +439,23 @@ void Desk::run_show() {
   show::save_options(project_.show(), options);
   serve_beside(options);
   ShowFollower follower(*this);
-  show::run(rig(), options, projector(), &follower);
+  if (screens_.size() < 2) {
+    show::run(rig(), options, screens_.at(), &follower);
+    return;
+  }
+  std::vector<show::ScreenSink> sinks;
+  for (std::size_t i = 0; i < screens_.size(); ++i) sinks.push_back({screens_.name(i), screens_.at(i)});
+  show::run(rig(), options, sinks, &follower);
 }
 
-/// Neither board nor camera: corners in projector pixels, dragged at the control page.
+/// Neither board nor camera: corners in the first projector's pixels, dragged at the control page.
 void Desk::map_by_hand() {
   show::ShowOptions options = show_options(project_.mapping());
+  options.screens.clear();
   options.autosave = true;
   serve_beside(options);
   ShowFollower follower(*this);
-  show::run(options, projector(), &follower);
+  show::run(options, screens_.at(), &follower);
 }
 
 /// The show's control page has a port of its own.
@@ -428,7 +480,7 @@ void Desk::take_calibration() {
   drift_.reset();
   for (const std::string& line : headline_) say(line);
   if (!stage_) return;
-  true_rig_mm_ = analyze::true_light_error(*rig_, stage_->truth(), kStatedDistance).rms_mm;
+  true_rig_mm_ = true_rig_error();
   say("true error on a wall at 2 m: " + fixed(*true_rig_mm_, 2) + " mm rms");
 }
 

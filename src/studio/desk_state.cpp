@@ -29,9 +29,13 @@ json points(const Points& all) {
   return list;
 }
 
-json displays(bool simulated) {
-  if (simulated) return json::array({{{"text", "simulated"}, {"words", "simulated projector, 1024x768"}}});
+json displays(const SimulatedStage* stage) {
   json list = json::array();
+  if (stage != nullptr) {
+    for (const ChosenProjector& one : stage->all_projectors())
+      list.push_back({{"text", one.display}, {"words", one.display + " projector, 1024x768"}});
+    return list;
+  }
   try {
     for (const device::Display& display : device::displays())
       list.push_back(
@@ -82,7 +86,8 @@ void add_spotted(const BoardSpotter& spotter, json& captured) {
 }
 
 /// The surface in the images of the camera and of the projector; nothing of both without a rig.
-json surface_entry(const Surface& one, const std::optional<Rig>& rig, const SimulatedStage* stage) {
+json surface_entry(const Surface& one, const std::optional<Rig>& rig, const std::string& framed,
+                   const SimulatedStage* stage) {
   const Vec2 sides = side_lengths(one);
   json entry = {{"name", one.name},
                 {"content", one.content},
@@ -90,7 +95,7 @@ json surface_entry(const Surface& one, const std::optional<Rig>& rig, const Simu
                 {"height", finite(sides.y())}};
   entry["corners"] = rig ? points(corners_in_camera(one, *rig)) : json::array();
   entry["outline"] = rig ? points(outline_in_camera(one, *rig)) : json::array();
-  entry["in_frame"] = rig ? points(corners_in_frame(one, *rig)) : json::array();
+  entry["in_frame"] = rig ? points(corners_in_frame(one, *rig, framed)) : json::array();
   entry["masks"] = json::array();
   if (rig)
     for (const std::vector<Vec2>& mask : masks_in_camera(one, *rig)) entry["masks"].push_back(points(mask));
@@ -109,6 +114,7 @@ json drift_of(const std::optional<Drift>& drift) {
   if (drift)
     for (const WallDrift& wall : drift->walls)
       walls.push_back({{"name", wall.surface},
+                       {"projector", wall.projector},
                        {"rms_mm", finite(wall.rms_mm)},
                        {"checked", wall.checked},
                        {"moved", wall.moved},
@@ -176,7 +182,7 @@ struct Desk::StateParts {
     const Choices& choices = desk.project_.choices;
     json list = json::array();
     for (const Surface& one : desk.surfaces_.surfaces)
-      list.push_back(surface_entry(one, desk.rig_, desk.stage_.get()));
+      list.push_back(surface_entry(one, desk.rig_, desk.framed_name(), desk.stage_.get()));
     json surfaces = {{"list", std::move(list)},
                      {"scanned", desk.project_.is_wall_measured()},
                      {"measure_by", choices.measure_by},
@@ -199,15 +205,18 @@ std::string Desk::state_text() const {
   state["error"] = error_
                        ? json{{"what", error_->subject()}, {"why", error_->why()}, {"next", error_->next()}}
                        : json(nullptr);
-  state["display"] = {{"chosen", choices.display}, {"open", bool(sink_)}};
+  state["display"] = {{"chosen", choices.display}, {"further", choices.further_displays}, {"open", screens_.is_open()}};
   if (rig_) {
-    const ImageSize frame = rig_->projector().projector.size();
+    const ImageSize frame = rig_->projector(framed_name()).projector.size();
     state["frame"] = {frame.width, frame.height};
   }
   state["outlines"] = outlines_shown_;
-  if (choices.step == Step::kDisplay) state["display"]["list"] = displays(stage_ != nullptr);
+  state["framed"] = framed_;
+  if (choices.step == Step::kDisplay) state["display"]["list"] = displays(stage_.get());
   state["camera"] = parts.camera();
-  state["lit"] = lit_ ? json::array({point(lit_->low), point(lit_->high)}) : json(nullptr);
+  state["lit"] = json::array();
+  for (const auto& lit : lit_)
+    state["lit"].push_back(lit ? json::array({point(lit->low), point(lit->high)}) : json(nullptr));
   state["board"] = {{"text", board_ ? io::format_board(*board_) : ""},
                     {"paper", choices.paper},
                     {"measured", choices.measured}};

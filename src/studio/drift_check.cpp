@@ -14,9 +14,9 @@ namespace {
 
 constexpr std::size_t kFewestMarks = 8;  // that analyze::verify() takes
 
-std::vector<LightPoint> marks_on(const Surface& surface, const Rig& rig,
+std::vector<LightPoint> marks_on(const Surface& surface, const Rig& rig, const std::string& projector,
                                  const std::vector<LightPoint>& marks) {
-  const Points2 outline = outline_in_frame(surface, rig);
+  const Points2 outline = outline_in_frame(surface, rig, projector);
   std::vector<LightPoint> inside;
   std::copy_if(marks.begin(), marks.end(), std::back_inserter(inside),
                [&](const LightPoint& mark) { return contains(outline, mark.projector_pixel); });
@@ -43,13 +43,13 @@ std::vector<Pose> planes_of(const Surface& surface, const Rig& rig, const std::v
 
 /// By the marks of all walls together, which at several angles tell more than one: what the projector did, and the rig with it
 /// there. Nothing where they say that something else has moved.
-void correct_projector(const Rig& rig, const analyze::StatedSurface& walls,
+void correct_projector(const Rig& rig, const std::string& projector, const analyze::StatedSurface& walls,
                        const std::vector<LightPoint>& marks, Drift& drift) {
   analyze::VerifyOptions options;
   options.correct = analyze::Correct::kProjector;
   try {
     const analyze::VerifyResult result =
-        analyze::verify(rig, rig.camera(), rig.projector(), walls, marks, options);
+        analyze::verify(rig, rig.camera(), rig.projector(projector), walls, marks, options);
     if (!result.rig) return;
     const std::string words = report::description(result.projector_moved);
     for (WallDrift& wall : drift.walls)
@@ -69,8 +69,10 @@ std::string cause(const analyze::VerifyResult& result) {
 }  // namespace
 
 std::string to_sentence(const WallDrift& wall) {
-  if (!wall.checked) return "'" + wall.surface + "': " + wall.remarks;
-  return "'" + wall.surface + "': the light is off by " + fixed(wall.rms_mm, 2) + " mm rms, " +
+  const std::string light = wall.projector.empty() ? "the light" : "the light of " + wall.projector;
+  if (!wall.checked)
+    return "'" + wall.surface + (wall.projector.empty() ? "" : "' and " + light) + "': " + wall.remarks;
+  return "'" + wall.surface + "': " + light + " is off by " + fixed(wall.rms_mm, 2) + " mm rms, " +
          fixed(wall.max_mm, 2) + " mm max (" + std::to_string(wall.marks) + " marks); " +
          (wall.moved ? "moved: " + wall.remarks : "nothing has moved");
 }
@@ -79,8 +81,9 @@ bool Drift::moved() const {
   return std::any_of(walls.begin(), walls.end(), [](const WallDrift& wall) { return wall.moved; });
 }
 
-Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
-                  const session::ProjectedBoardCapture& captured) {
+/// By the light of one projector.
+static Drift check_projector(const Rig& rig, const SurfaceSet& surfaces, const std::string& projector,
+                             const session::ProjectedBoardCapture& captured) {
   Drift drift;
   int checked = 0;
   analyze::StatedSurface walls{"walls", {}};
@@ -88,12 +91,13 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
   for (const Surface& surface : surfaces.surfaces) {
     WallDrift wall;
     wall.surface = surface.name;
-    if (outline_in_frame(surface, rig).empty()) {
+    wall.projector = projector;
+    if (outline_in_frame(surface, rig, projector).empty()) {
       wall.remarks = "not checked: it is a mesh, or not in the rig's frame";
       drift.walls.push_back(std::move(wall));
       continue;
     }
-    const std::vector<LightPoint> marks = marks_on(surface, rig, captured.light.points);
+    const std::vector<LightPoint> marks = marks_on(surface, rig, projector, captured.light.points);
     wall.marks = int(marks.size());
     if (marks.size() < kFewestMarks) {
       wall.remarks = "not checked: only " + std::to_string(marks.size()) + " marks of light fall on it";
@@ -103,7 +107,7 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
     analyze::StatedSurface stated{surface.name, {place_of(surface.geometry)->frame_from_surface}};
     stated.tangents = planes_of(surface, rig, marks);
     try {
-      const analyze::VerifyResult result = analyze::verify(rig, rig.camera(), rig.projector(), stated, marks);
+      const analyze::VerifyResult result = analyze::verify(rig, rig.camera(), rig.projector(projector), stated, marks);
       ++checked;
       wall.checked = true;
       wall.rms_mm = 1e3 * result.rms;
@@ -119,7 +123,7 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
     }
     drift.walls.push_back(std::move(wall));
   }
-  if (drift.moved()) correct_projector(rig, walls, on_walls, drift);
+  if (drift.moved()) correct_projector(rig, projector, walls, on_walls, drift);
   if (checked == 0)
     throw Error(ErrorKind::kNotEnoughData, "drift check",
                 surfaces.surfaces.empty() ? "there is no surface"
@@ -127,6 +131,27 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
                                                 drift.walls.front().remarks,
                 "make a surface that the projector lights, and check again");
   return drift;
+}
+
+Drift check_drift(const Rig& rig, const SurfaceSet& surfaces, const std::vector<DriftCapture>& captured) {
+  Drift all;
+  std::optional<Error> unchecked;
+  Rig now = rig;
+  for (const DriftCapture& one : captured) {
+    try {
+      Drift drift = check_projector(now, surfaces, one.projector, one.captured);
+      all.walls.insert(all.walls.end(), drift.walls.begin(), drift.walls.end());
+      if (drift.corrected) all.corrected = now = std::move(*drift.corrected);
+    } catch (const Error& error) {
+      unchecked = error;
+      WallDrift none;
+      none.surface = "all surfaces", none.projector = one.projector, none.remarks = error.why();
+      all.walls.push_back(std::move(none));
+    }
+  }
+  const bool none = std::none_of(all.walls.begin(), all.walls.end(), [](const WallDrift& w) { return w.checked; });
+  if (none && unchecked) throw *unchecked;
+  return all;
 }
 
 }  // namespace procam::studio

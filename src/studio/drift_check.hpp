@@ -14,6 +14,7 @@ namespace procam::studio {
 
 struct WallDrift {
   std::string surface;
+  std::string projector;  ///< whose light it is; empty: the only one
   double rms_mm = 0, max_mm = 0;  ///< distance of the light from where the rig file puts it
   int marks = 0;
   bool checked = false;
@@ -26,13 +27,19 @@ std::string to_sentence(const WallDrift& wall);
 
 struct Drift {
   std::vector<WallDrift> walls;
-  /// The rig with the projector's pose corrected, where the projector has moved; by the marks of all walls.
+  /// The rig with the poses of the projectors corrected that have moved; each by the marks of all walls.
   std::optional<Rig> corrected;
   bool moved() const;
 };
 
-/// Marks count for the surface, flat or curved, inside whose outline the rig file puts their light. Throws Error(kNotEnoughData)
+/// The projected board as the camera saw it.
+struct DriftCapture {
+  std::string projector;  ///< its name in the rig; empty: the only one
+  session::ProjectedBoardCapture captured;
+};
+
+/// One projector after the other. Marks count for the surface, flat or curved, inside whose outline the rig file puts their light. Throws Error(kNotEnoughData)
 /// where no surface has marks enough.
-Drift check_drift(const Rig& rig, const SurfaceSet& surfaces, const session::ProjectedBoardCapture& captured);
+Drift check_drift(const Rig& rig, const SurfaceSet& surfaces, const std::vector<DriftCapture>& captured);
 
 }  // namespace procam::studio

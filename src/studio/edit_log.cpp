@@ -9,8 +9,10 @@ namespace {
 
 constexpr std::size_t kHeldPages = 64, kThings = 4096;
 
-constexpr std::array<std::pair<const char*, const char*>, 12> kSettings = {{
+constexpr std::array<std::pair<const char*, const char*>, 14> kSettings = {{
     {"display", "the display"},
+    {"further_display", "the further projectors"},
+    {"remove_display", "the further projectors"},
     {"camera", "the camera"},
     {"camera_size", "the camera's size"},
     {"exposure", "the exposure"},

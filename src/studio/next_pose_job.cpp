@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "procam/analyze/advice.hpp"
+#include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/session/reader.hpp"
@@ -13,6 +14,17 @@ namespace {
 
 constexpr double kWall = 2;  // metres
 struct AdviceStopped {};
+
+/// That with the largest predicted error.
+std::string worst_projector(const Rig& rig) {
+  std::string worst;
+  double largest = -1;
+  for (const RigProjector& projector : rig.projectors) {
+    const double mm = analyze::predicted_light_error(rig, kWall, projector.name).rms_mm;
+    if (mm > largest) largest = mm, worst = projector.name;
+  }
+  return worst;
+}
 
 }  // namespace
 
@@ -36,7 +48,7 @@ void NextPoseJob::start(const std::filesystem::path& session) {
       calibrate::Options options;
       options.progress = [&](const std::string&, double) { go_on(); };
       const calibrate::CalibrationResult solved = calibrate::calibrate_rig(contents.correspondences, options);
-      if (const auto next = analyze::advise_next_view(solved, kWall)) {
+      if (const auto next = analyze::advise_next_view(solved, kWall, worst_projector(solved.rig))) {
         const RigCamera& camera = solved.rig.camera();
         result.pose = GuidedPose{camera.rig_from_camera.inverse() * next->rig_from_board, camera.camera,
                                  next->words + "; the predicted error at 2 m then falls from " +

@@ -16,6 +16,15 @@ namespace {
 constexpr int kImageWidth = 1280;
 constexpr std::size_t kLongestPage = 32;
 
+/// "/projector.png" is the first one's frame, "/projector_2.png" the second one's.
+std::optional<std::size_t> projector_of(const std::string& path) {
+  const std::string first = "/projector", last = ".png";
+  if (path == first + last) return 0;
+  for (std::size_t i = 1; i < 16; ++i)
+    if (path == first + "_" + std::to_string(i + 1) + last) return i;
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<StudioCommand> to_studio_command(const std::string& text) {
@@ -82,11 +91,11 @@ std::optional<show::PageFile> StudioPage::file(const std::string& path) {
   try {
     if (path == "/report") return show::PageFile{"text/html; charset=utf-8", io::read_file(report_)};
     if (path == "/board.pdf") return show::PageFile{"application/pdf", io::read_file(board_sheet_)};
-    if (path == "/projector.png") {
+    if (const auto projector = projector_of(path)) {
       std::shared_ptr<const ImageU8> frame;
       {
         const std::lock_guard<std::mutex> lock(mutex_);
-        frame = frame_;
+        if (*projector < frames_.size()) frame = frames_[*projector];
       }
       if (frame) return show::PageFile{"image/png", io::encode_png(*frame)};
     }
@@ -113,9 +122,10 @@ void StudioPage::publish(std::shared_ptr<const ImageU8> image) {
   ++image_number_;
 }
 
-void StudioPage::publish_frame(std::shared_ptr<const ImageU8> frame) {
+void StudioPage::publish_frame(std::size_t projector, std::shared_ptr<const ImageU8> frame) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  frame_ = std::move(frame);
+  if (frames_.size() <= projector) frames_.resize(projector + 1);
+  frames_[projector] = std::move(frame);
 }
 
 }  // namespace procam::studio

@@ -38,8 +38,8 @@ class StudioPage : public show::ServedPage {
   std::vector<StudioCommand> take_commands();
   void publish(std::string state);
   void publish(std::shared_ptr<const ImageU8> image);
-  /// What the projector shows: GET /projector.png.
-  void publish_frame(std::shared_ptr<const ImageU8> frame);
+  /// What a projector shows: GET /projector.png of the first, /projector_2.png of the second.
+  void publish_frame(std::size_t projector, std::shared_ptr<const ImageU8> frame);
 
  private:
   const std::filesystem::path board_sheet_, report_;
@@ -47,7 +47,8 @@ class StudioPage : public show::ServedPage {
   std::vector<StudioCommand> commands_;
   std::string state_ = "{}";
   std::uint64_t state_number_ = 1;
-  std::shared_ptr<const ImageU8> image_, frame_;
+  std::shared_ptr<const ImageU8> image_;
+  std::vector<std::shared_ptr<const ImageU8>> frames_;  ///< one a projector
   std::uint64_t image_number_ = 0;
 };
 

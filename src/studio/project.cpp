@@ -18,7 +18,7 @@ using nlohmann::json;
 
 constexpr std::array<const char*, kSteps> kStepNames = {"display",   "camera",   "board",   "capture",
                                                         "calibrate", "surfaces", "content", "show"};
-constexpr std::size_t kLargestFile = 65536;
+constexpr std::size_t kLargestFile = 65536, kMaxDisplays = 16;
 
 /// One field of studio.json in both directions.
 class Fields {
@@ -32,6 +32,20 @@ class Fields {
     } else if (const json* found = take(name)) {
       if (!found->is_string() || found->get<std::string>().size() > 4096) refuse(name, "it is no short text");
       value = found->get<std::string>();
+    }
+  }
+  /// Absent where it is empty.
+  void field(const char* name, std::vector<std::string>& values) {
+    if (!reading_) {
+      if (!values.empty()) document_[name] = values;
+    } else if (const json* found = take(name)) {
+      if (!found->is_array() || found->size() > kMaxDisplays) refuse(name, "it is no short list");
+      values.clear();
+      for (const json& one : *found) {
+        if (!one.is_string() || one.get<std::string>().empty() || one.get<std::string>().size() > 4096)
+          refuse(name, "it holds something else than short texts");
+        values.push_back(one.get<std::string>());
+      }
     }
   }
   template <typename Number>
@@ -78,6 +92,7 @@ void list_fields(Fields& fields, Choices& choices) {
   else
     fields.refuse("step", "'" + step + "' is no step");
   fields.field("display", choices.display);
+  fields.field("further_displays", choices.further_displays);
   fields.field("camera", choices.camera);
   fields.field("camera_size", choices.camera_size);
   fields.field("exposure", choices.exposure);
@@ -108,6 +123,15 @@ std::optional<Step> step_named(const std::string& name) {
   for (int i = 0; i < kSteps; ++i)
     if (name == kStepNames[std::size_t(i)]) return Step(i);
   return std::nullopt;
+}
+
+std::vector<ChosenProjector> Choices::projectors() const {
+  if (display.empty()) return {};
+  if (further_displays.empty()) return {{"", display}};
+  std::vector<ChosenProjector> all = {{"projector_1", display}};
+  for (const std::string& one : further_displays)
+    all.push_back({"projector_" + std::to_string(all.size() + 1), one});
+  return all;
 }
 
 Project::Project(const fs::path& folder) : folder_(fs::absolute(folder).lexically_normal()) {

@@ -17,10 +17,16 @@ inline constexpr int kSteps = 8;
 const char* to_string(Step step);
 std::optional<Step> step_named(const std::string& name);
 
+struct ChosenProjector {
+  std::string name;     ///< in the session and the rig; empty: the only one
+  std::string display;  ///< as device::find_display() takes it; "simulated"
+};
+
 /// What a person has chosen: studio.json.
 struct Choices {
   Step step = Step::kDisplay;
-  std::string display;      ///< as device::find_display() takes it; "simulated"
+  std::string display;      ///< of the first projector; empty: none yet
+  std::vector<std::string> further_displays;  ///< one a further projector
   std::string camera;       ///< as device::open_camera() takes it; "simulated"
   std::string camera_size;  ///< "1280x720"; empty: the driver's
   std::string exposure;     ///< in the camera driver's unit; empty: as it is
@@ -34,6 +40,9 @@ struct Choices {
   std::string depth;  ///< the depth camera, as device::open_depth() takes it; simulated: not used
   std::string marker = "4x4_50:0:190mm";  ///< on the wall, as io::parse_marker() takes it
   int camera_checked = 0;                 ///< 1: the camera has seen black and white
+
+  /// Several are named projector_1, projector_2, ...
+  std::vector<ChosenProjector> projectors() const;
 };
 
 class Project {

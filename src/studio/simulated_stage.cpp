@@ -30,6 +30,9 @@ constexpr double kMargin = 0.02;   // white paper round a print, metres
 constexpr double kExposedFor = 0.85;
 constexpr double kProjectorGamma = 2.2, kProjectorBlack = 0.001;
 constexpr std::size_t kShownFrames = 64;
+/// Of the second projector, against the first one: metres in the rig's frame, radians about its y axis.
+const Vec3 kSecondPlace = Vec3(0.35, 0.02, 0.03);
+constexpr double kSecondTurn = 0.02;
 
 /// The camera cut to the shape of `size` about its middle row, then reduced.
 Camera cut_to(Camera camera, ImageSize size) {
@@ -69,20 +72,22 @@ Pose column_pose(const Pose& rig_from_wall) {
 
 class SimulatedStage::Sink : public device::FrameSink {
  public:
-  explicit Sink(SimulatedStage& stage) : stage_(stage) {}
-  ImageSize size() const override { return stage_.rig_.projector().projector.size(); }
+  Sink(SimulatedStage& stage, std::size_t number) : stage_(stage), number_(number) {}
+  ImageSize size() const override { return stage_.rig_.projectors[number_].projector.size(); }
   double show(ViewU8 picture) override {
     require(picture.size() == size(), "simulated projector: a frame of another size");
     auto frame = std::make_shared<const ImageU8>(copy(picture));
     const double now = device::now_s();
     const std::lock_guard<std::mutex> lock(stage_.mutex_);
-    stage_.shown_.push_back({now, std::move(frame)});
-    while (stage_.shown_.size() > kShownFrames) stage_.shown_.pop_front();
+    std::deque<Shown>& shown = stage_.shown_[number_];
+    shown.push_back({now, std::move(frame)});
+    while (shown.size() > kShownFrames) shown.pop_front();
     return now;
   }
 
  private:
   SimulatedStage& stage_;
+  const std::size_t number_;
 };
 
 class SimulatedStage::Source : public device::FrameSource {
@@ -140,10 +145,13 @@ SimulatedStage::SimulatedStage(const SimulatedRoom& options) : options_(options)
   capture_ = session.capture;
   rig_from_wall_ = wall_pose();
   rig_from_column_ = column_pose(rig_from_wall_);
-  sink_ = std::make_unique<Sink>(*this);
+  if (options.projectors > 1) add_projector();
+  for (std::size_t i = 0; i < rig_.projectors.size(); ++i) {
+    sinks_.push_back(std::make_unique<Sink>(*this, i));
+    shown_.push_back({{0, std::make_shared<const ImageU8>(sinks_.back()->size(), 1)}});
+  }
   source_ = std::make_unique<Source>(*this);
   depth_ = std::make_unique<Depth>(*this);
-  shown_.push_back({0, std::make_shared<const ImageU8>(sink_->size(), 1)});
   view_ = trace(std::nullopt);
   person_ = std::thread([this] { move_boards(); });
   sensor_ = std::thread([this] { expose_images(); });
@@ -159,8 +167,27 @@ SimulatedStage::~SimulatedStage() {
   sensor_.join();
 }
 
-device::FrameSink& SimulatedStage::projector() {
-  return *sink_;
+/// Right of the first one, turned so that their light overlaps on the wall.
+void SimulatedStage::add_projector() {
+  RigProjector second = rig_.projectors.front();
+  rig_.projectors.front().name = "projector_1";
+  second.name = "projector_2";
+  Intrinsics& k = second.projector.inverse_camera.intrinsics;
+  k.fx *= 1.03, k.fy *= 1.034, k.skew *= -0.6;
+  k.cx += 9, k.cy -= 6;
+  second.rig_from_projector =
+      Pose(Eigen::Quaterniond(Eigen::AngleAxisd(kSecondTurn, Vec3::UnitY())), kSecondPlace) *
+      second.rig_from_projector;
+  rig_.projectors.push_back(second);
+}
+
+device::FrameSink& SimulatedStage::projector(std::size_t i) {
+  return *sinks_.at(i);
+}
+
+std::vector<ChosenProjector> SimulatedStage::all_projectors() const {
+  if (rig_.projectors.size() == 1) return {{"", "simulated"}};
+  return {{"projector_1", "simulated"}, {"projector_2", "simulated 2"}};
 }
 device::FrameSource& SimulatedStage::camera() {
   return *source_;
@@ -198,13 +225,16 @@ simulate::Room SimulatedStage::room(const std::optional<Pose>& rig_from_board) c
 
 std::shared_ptr<const simulate::LiveView> SimulatedStage::trace(
     const std::optional<Pose>& rig_from_board) const {
-  simulate::RoomLight light;
-  light.projector = rig_.projector().projector;
-  light.room_from_projector = rig_.projector().rig_from_projector;
-  light.lens = capture_.projector_lens;
-  light.blur_px = capture_.projector_blur_px;
-  light.gamma = kProjectorGamma;
-  light.black = kProjectorBlack;
+  std::vector<simulate::RoomLight> lights;
+  for (const RigProjector& projector : rig_.projectors) {
+    simulate::RoomLight& light = lights.emplace_back();
+    light.projector = projector.projector;
+    light.room_from_projector = projector.rig_from_projector;
+    light.lens = capture_.projector_lens;
+    light.blur_px = capture_.projector_blur_px;
+    light.gamma = kProjectorGamma;
+    light.black = kProjectorBlack;
+  }
   simulate::LiveViewOptions options;
   options.view.exposure = capture_.brightest_grey * kExposedFor * kExposedFor / 0.8;
   options.view.camera_blur_px = capture_.camera_blur_px * options_.camera_size.width / 1280.0;
@@ -214,7 +244,7 @@ std::shared_ptr<const simulate::LiveView> SimulatedStage::trace(
   options.view.seed = options_.seed;
   options.view.adaptive = true;
   options.glare = capture_.glare;
-  return std::make_shared<const simulate::LiveView>(room(rig_from_board), rig_.camera().camera, Pose(), light,
+  return std::make_shared<const simulate::LiveView>(room(rig_from_board), rig_.camera().camera, Pose(), lights,
                                                     options);
 }
 
@@ -237,23 +267,26 @@ bool SimulatedStage::is_usable(const Pose& rig_from_board) const {
     return p && p->x() >= kRim && p->y() >= kRim && p->x() <= device.size.width - 1 - kRim &&
            p->y() <= device.size.height - 1 - kRim;
   };
-  const Pose projector_from_board = rig_.projector().rig_from_projector.inverse() * rig_from_board;
-  for (const Pose& device_from_board : {rig_from_board, projector_from_board}) {
+  const auto faces = [](const Pose& device_from_board) {
     const Vec3 eye = device_from_board.inverse().translation;
-    if (eye.z() > -0.6 * eye.norm()) return false;
-  }
+    return eye.z() <= -0.6 * eye.norm();
+  };
+  if (!faces(rig_from_board)) return false;
   for (const Vec3& corner : simulate::sheet_corners_in_board(*board_)) {
     if (!inside(rig_.camera().camera, rig_from_board * corner)) return false;
     const Vec3 in_rig = rig_from_board * corner;
     if (!((rig_from_wall_.inverse() * in_rig).z() < -kFreeAir)) return false;
     if (!((rig_from_column_.inverse() * in_rig).head<2>().norm() > kColumnRadius + kFreeAir)) return false;
   }
-  // As many points in the light as advised poses have (calibrate/next_view.hpp).
+  // As many points in the light of a projector as advised poses have (calibrate/next_view.hpp).
   const Points3 points = points_in_board(board_->layout);
-  const auto lit = std::count_if(points.begin(), points.end(), [&](const Vec3& point) {
-    return inside(rig_.projector().projector.inverse_camera, projector_from_board * point);
+  return std::any_of(rig_.projectors.begin(), rig_.projectors.end(), [&](const RigProjector& projector) {
+    const Pose projector_from_board = projector.rig_from_projector.inverse() * rig_from_board;
+    const auto lit = std::count_if(points.begin(), points.end(), [&](const Vec3& point) {
+      return inside(projector.projector.inverse_camera, projector_from_board * point);
+    });
+    return faces(projector_from_board) && 10 * std::size_t(lit) >= 9 * points.size();
   });
-  return 10 * std::size_t(lit) >= 9 * points.size();
 }
 
 bool SimulatedStage::hold_at(const Pose& wished) {
@@ -336,10 +369,10 @@ void SimulatedStage::move_boards() {
   }
 }
 
-std::shared_ptr<const ImageU8> SimulatedStage::frame_at(double time_s) {
+std::shared_ptr<const ImageU8> SimulatedStage::frame_at(std::size_t projector, double time_s) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  auto frame = shown_.front().frame;
-  for (const Shown& one : shown_)
+  auto frame = shown_[projector].front().frame;
+  for (const Shown& one : shown_[projector])
     if (one.time_s <= time_s) frame = one.frame;
   return frame;
 }
@@ -347,22 +380,25 @@ std::shared_ptr<const ImageU8> SimulatedStage::frame_at(double time_s) {
 void SimulatedStage::expose_images() {
   const double period = 1 / options_.frames_per_s;
   double due = device::now_s();
-  std::shared_ptr<const ImageU8> lit_frame;
+  std::vector<std::shared_ptr<const ImageU8>> lit_frames(sinks_.size());
   std::shared_ptr<const simulate::LiveView> lit_view;
-  std::shared_ptr<const simulate::LiveView::Light> light;
+  std::vector<std::shared_ptr<const simulate::LiveView::Light>> lights(sinks_.size());
   for (std::uint64_t number = 0; !ended_; ++number) {
     // The light is that of `latency` before the image arrives, whatever the drawing takes.
     std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, due - device::now_s())));
     const double exposed = device::now_s();
-    const auto frame = frame_at(exposed);
     std::shared_ptr<const simulate::LiveView> view;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       view = view_;
     }
-    if (frame != lit_frame || view != lit_view) light = view->light_of(*frame);
-    lit_frame = frame, lit_view = view;
-    ImageU8 image = view->capture(*light, number);
+    for (std::size_t i = 0; i < sinks_.size(); ++i) {
+      const auto frame = frame_at(i, exposed);
+      if (frame != lit_frames[i] || view != lit_view) lights[i] = view->light_of(*frame, i);
+      lit_frames[i] = frame;
+    }
+    lit_view = view;
+    ImageU8 image = view->capture(lights, number);
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       seen_.push_back({std::move(image), std::max(device::now_s(), exposed + options_.latency_s)});

@@ -1,5 +1,5 @@
 #pragma once
-/// A simulated room at the level of devices: a projector and a camera in front of a slanted wall with a round column, and
+/// A simulated room at the level of devices: one or two projectors and a camera in front of a slanted wall with a round column, and
 /// a person who holds a printed board. The camera sees the frames that the projector shows, later and through both lenses
 /// (simulate/live_view.hpp).
 #include <atomic>
@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include "procam/core/board/board.hpp"
 #include "procam/core/board/marker.hpp"
@@ -18,6 +19,7 @@
 #include "procam/simulate/live_view.hpp"
 #include "procam/simulate/session.hpp"
 #include "procam/studio/studio.hpp"
+#include "project.hpp"
 
 namespace procam::studio {
 
@@ -28,7 +30,9 @@ class SimulatedStage {
   SimulatedStage(const SimulatedStage&) = delete;
   SimulatedStage& operator=(const SimulatedStage&) = delete;
 
-  device::FrameSink& projector();
+  device::FrameSink& projector(std::size_t i = 0);
+  /// As they are chosen: "simulated", and with two "simulated 2".
+  std::vector<ChosenProjector> all_projectors() const;
   device::FrameSource& camera();
   /// Registered to the camera: the same lens at the same place, with the noise of a Kinect (simulate/depth_view.hpp).
   device::DepthSource& depth_camera();
@@ -41,10 +45,11 @@ class SimulatedStage {
   void put_board_away();
   /// Somebody glues the marker flat to the wall, left of the column, or takes it off.
   void hang_marker(const std::optional<PlacedMarker>& marker, MarkerDictionary dictionary);
-  /// Somebody knocks against the projector: 0.2 degrees.
+  /// Somebody knocks against the first projector: 0.2 degrees.
   void bump_projector();
   bool is_moving() const { return moving_; }
 
+  /// With the names of projectors() of a project.
   const Rig& truth() const { return rig_; }
   /// The point of the wall or the column that a camera or projector ray in the rig's frame meets first.
   std::optional<Vec3> on_wall(const Ray& ray_in_rig) const;
@@ -61,21 +66,22 @@ class SimulatedStage {
   simulate::Room room(const std::optional<Pose>& rig_from_board) const;
   std::shared_ptr<const simulate::LiveView> trace(const std::optional<Pose>& rig_from_board) const;
   bool is_usable(const Pose& rig_from_board) const;
+  void add_projector();
   void move_boards();
   void expose_images();
-  std::shared_ptr<const ImageU8> frame_at(double time_s);
+  std::shared_ptr<const ImageU8> frame_at(std::size_t projector, double time_s);
 
   const SimulatedRoom options_;
   Rig rig_;
   simulate::CaptureOptions capture_;
   Pose rig_from_wall_, rig_from_column_;  ///< of the column, z is the axis
-  std::unique_ptr<Sink> sink_;
+  std::vector<std::unique_ptr<Sink>> sinks_;
   std::unique_ptr<Source> source_;
   std::unique_ptr<Depth> depth_;
 
   std::mutex mutex_;  ///< of all below
   std::condition_variable changed_;
-  std::deque<Shown> shown_;  ///< the newest last
+  std::vector<std::deque<Shown>> shown_;  ///< by projector, the newest last
   std::deque<device::SeenFrame> seen_;
   std::optional<simulate::PrintedBoard> board_;
   std::optional<simulate::Body> marker_;

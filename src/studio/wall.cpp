@@ -101,17 +101,24 @@ Points3 points_inside(const std::vector<ScanPoint>& scan, const CameraCorners& c
   return inside;
 }
 
-using PixelOf = std::optional<Vec2> (*)(const Rig&, const Vec3&);
+using PixelOf = std::function<std::optional<Vec2>(const Vec3&)>;
 
-std::vector<Vec2> seen_corners(const Surface& surface, const Rig& rig, PixelOf pixel_of) {
+PixelOf camera_of(const Rig& rig) {
+  return [&rig](const Vec3& point) { return camera_pixel(rig, point); };
+}
+PixelOf projector_of(const Rig& rig, const std::string& name) {
+  return [&rig, name](const Vec3& point) { return projector_pixel(rig, point, name); };
+}
+
+std::vector<Vec2> seen_corners(const Surface& surface, const PixelOf& pixel_of) {
   std::vector<Vec2> seen;
   if (const auto corners = corners_in_rig(surface))
     for (const Vec3& corner : *corners)
-      if (const auto pixel = pixel_of(rig, corner)) seen.push_back(*pixel);
+      if (const auto pixel = pixel_of(corner)) seen.push_back(*pixel);
   return seen;
 }
 
-std::vector<Vec2> seen_outline(const Surface& surface, const Rig& rig, PixelOf pixel_of) {
+std::vector<Vec2> seen_outline(const Surface& surface, const PixelOf& pixel_of) {
   std::vector<Vec2> seen;
   const auto point = content_to_rig(surface);
   if (!point) return seen;
@@ -120,7 +127,7 @@ std::vector<Vec2> seen_outline(const Surface& surface, const Rig& rig, PixelOf p
   for (std::size_t side = 0; side < 4; ++side)
     for (int i = 0; i < kAlongASide; ++i)
       if (const auto pixel =
-              pixel_of(rig, (*point)(at[side] + i / double(kAlongASide) * (at[(side + 1) % 4] - at[side]))))
+              pixel_of((*point)(at[side] + i / double(kAlongASide) * (at[(side + 1) % 4] - at[side]))))
         seen.push_back(*pixel);
   return seen;
 }
@@ -147,7 +154,7 @@ Surface slide(const Surface& surface, const Rig& rig, int corner, const std::opt
     shape.points[std::size_t(corner)] = Vec3(shape.frame_from_surface.inverse() * *met).head<2>();
   }
   CameraCorners seen_now;
-  const std::vector<Vec2> seen = seen_corners(moved, rig, camera_pixel);
+  const std::vector<Vec2> seen = seen_corners(moved, camera_of(rig));
   if (seen.size() == 4) {
     std::copy(seen.begin(), seen.end(), seen_now.begin());
     require_convex(seen_now);
@@ -157,27 +164,38 @@ Surface slide(const Surface& surface, const Rig& rig, int corner, const std::opt
 
 }  // namespace
 
-std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig& rig, int step) {
-  const ImageSize size = rig.projector().projector.size();
-  const pattern::GrayCode code{size};
-  const io::CaptureFolder captured = io::load_capture_folder(folder / "view_00", pattern::frame_count(code));
+static bool is_in_frame(const Vec2& pixel, ImageSize size) {
+  return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= size.width - 0.5 && pixel.y() <= size.height - 0.5;
+}
+
+/// By the frames of one projector.
+static void add_scan(const std::filesystem::path& view, const RigProjector& projector, const Rig& rig, int step,
+                     std::vector<ScanPoint>& scan) {
+  const pattern::GrayCode code{projector.projector.size()};
+  const io::CaptureFolder captured = io::load_capture_folder(view, pattern::frame_count(code));
   std::vector<ViewU8> views(captured.frames.begin(), captured.frames.end());
   const DecodedMap map = pattern::decode(views, code);
   if (!(map.camera_size() == rig.camera().camera.size))
-    throw Error(ErrorKind::kInput, folder.string(),
+    throw Error(ErrorKind::kInput, view.string(),
                 "its images have " + counts(map.camera_size()) + " pixels and the rig's camera " +
                     counts(rig.camera().camera.size),
                 "measure the wall again");
-  std::vector<ScanPoint> scan;
   constexpr double kContrast = 12;
   for (int y = 0; y < map.camera_size().height; y += step)
     for (int x = 0; x < map.camera_size().width; x += step) {
       if (!map.decoded(x, y) || map.contrast.at(x, y) < kContrast) continue;
       const Vec2 pixel(x, y);
-      const auto seen = camera_ray(rig, pixel), lit = projector_ray(rig, *map.projector_pixel(x, y));
+      const auto seen = camera_ray(rig, pixel),
+                 lit = projector_ray(rig, *map.projector_pixel(x, y), projector.name);
       if (!seen || !lit) continue;
       if (const auto met = triangulate({*seen, *lit})) scan.push_back({pixel, met->point});
     }
+}
+
+std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig& rig, int step) {
+  std::vector<ScanPoint> scan;
+  for (const RigProjector& projector : rig.projectors)
+    add_scan(folder / "view_00" / (rig.projectors.size() > 1 ? projector.name : ""), projector, rig, step, scan);
   if (scan.empty())
     throw Error(ErrorKind::kNotEnoughData, "the wall's measurement", "the camera saw none of the stripes",
                 "point camera and projector at the same part of the wall, and measure again");
@@ -235,22 +253,24 @@ Surface move_corner(const Surface& surface, const Rig& rig, int corner, const Ve
                camera_pixel_at.allFinite() ? camera_ray(rig, camera_pixel_at) : std::nullopt);
 }
 
-Surface move_lit_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& projector_pixel_at) {
-  return slide(surface, rig, corner,
-               projector_pixel_at.allFinite() ? projector_ray(rig, projector_pixel_at) : std::nullopt);
+Surface move_lit_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& projector_pixel_at,
+                        const std::string& projector) {
+  return slide(
+      surface, rig, corner,
+      projector_pixel_at.allFinite() ? projector_ray(rig, projector_pixel_at, projector) : std::nullopt);
 }
 
 std::vector<Vec2> corners_in_camera(const Surface& surface, const Rig& rig) {
-  return seen_corners(surface, rig, camera_pixel);
+  return seen_corners(surface, camera_of(rig));
 }
-std::vector<Vec2> corners_in_frame(const Surface& surface, const Rig& rig) {
-  return seen_corners(surface, rig, projector_pixel);
+std::vector<Vec2> corners_in_frame(const Surface& surface, const Rig& rig, const std::string& projector) {
+  return seen_corners(surface, projector_of(rig, projector));
 }
 std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig) {
-  return seen_outline(surface, rig, camera_pixel);
+  return seen_outline(surface, camera_of(rig));
 }
-std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig) {
-  return seen_outline(surface, rig, projector_pixel);
+std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig, const std::string& projector) {
+  return seen_outline(surface, projector_of(rig, projector));
 }
 
 Vec2 content_at(const Surface& surface, const Rig& rig, const Vec2& camera_pixel_at) {
@@ -328,25 +348,25 @@ Vec2 side_lengths(const Surface& surface) {
 TrueLanding true_landing(const Surface& surface, const Rig& estimated, const Rig& truth,
                          const OnWall& on_wall) {
   const ContentToRig content_to_rig = points_of(surface);
-  const Pose projector_from_rig = estimated.projector().rig_from_projector.inverse();
   TrueLanding landing;
   double squares = 0;
   constexpr int kGrid = 9;
-  for (int j = 0; j < kGrid; ++j)
-    for (int i = 0; i < kGrid; ++i) {
-      const Vec3 point = content_to_rig(Vec2(i, j) / (kGrid - 1.0));
-      const auto seen = camera_pixel(estimated, point);
-      const auto lit = estimated.projector().projector.project(projector_from_rig * point);
-      const auto wanted = seen ? camera_ray(truth, *seen) : std::nullopt;
-      const auto light = lit ? projector_ray(truth, *lit) : std::nullopt;
-      if (!wanted || !light) continue;
-      const auto wanted_at = on_wall(*wanted), light_at = on_wall(*light);
-      if (!wanted_at || !light_at) continue;
-      const double mm = 1e3 * (*wanted_at - *light_at).norm();
-      squares += mm * mm;
-      landing.worst_mm = std::max(landing.worst_mm, mm);
-      ++landing.points;
-    }
+  for (const RigProjector& projector : estimated.projectors)
+    for (int j = 0; j < kGrid; ++j)
+      for (int i = 0; i < kGrid; ++i) {
+        const Vec3 point = content_to_rig(Vec2(i, j) / (kGrid - 1.0));
+        const auto seen = camera_pixel(estimated, point), lit = projector_pixel(estimated, point, projector.name);
+        if (!lit || !is_in_frame(*lit, projector.projector.size())) continue;
+        const auto wanted = seen ? camera_ray(truth, *seen) : std::nullopt;
+        const auto light = projector_ray(truth, *lit, projector.name);
+        if (!wanted || !light) continue;
+        const auto wanted_at = on_wall(*wanted), light_at = on_wall(*light);
+        if (!wanted_at || !light_at) continue;
+        const double mm = 1e3 * (*wanted_at - *light_at).norm();
+        squares += mm * mm;
+        landing.worst_mm = std::max(landing.worst_mm, mm);
+        ++landing.points;
+      }
   if (landing.points > 0) landing.rms_mm = std::sqrt(squares / landing.points);
   return landing;
 }

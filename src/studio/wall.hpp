@@ -26,7 +26,8 @@ struct ScanPoint {
 
 using CameraCorners = std::array<Vec2, 4>;
 
-/// The points of a captured scan (frames of Gray code in `folder`/view_00), every `step`-th pixel in each direction. Throws
+/// The points of a captured scan (frames of Gray code in `folder`/view_00, with several projectors in a folder of each), every
+/// `step`-th pixel in each direction. Throws
 /// as session::open() and pattern::decode() do, Error(kNotEnoughData) where nothing is lit.
 std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig& rig, int step = 2);
 
@@ -57,13 +58,15 @@ FittedSurface surface_on(const Plane& plane, const Rig& rig, const CameraCorners
 /// surface or a pixel that has none.
 Surface move_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& camera_pixel);
 
-/// The same for where the light of that projector pixel falls: what is dragged in the projector's frame.
-Surface move_lit_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& projector_pixel);
+/// The same for where the light of that projector pixel falls: what is dragged in the projector's frame. `projector`, here and
+/// below: its name in the rig, empty for the only one.
+Surface move_lit_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& projector_pixel,
+                        const std::string& projector = "");
 
 /// The surface's corners in the camera's image and in the projector's frame; fewer than four where the camera does not see
 /// one, or the light does not reach it.
 std::vector<Vec2> corners_in_camera(const Surface& surface, const Rig& rig);
-std::vector<Vec2> corners_in_frame(const Surface& surface, const Rig& rig);
+std::vector<Vec2> corners_in_frame(const Surface& surface, const Rig& rig, const std::string& projector = "");
 
 /// The content coordinates that the camera sees at this pixel; beside the surface the nearest of its border. Throws
 /// Error(kInput) for a surface that the camera does not see.
@@ -78,14 +81,14 @@ std::vector<std::vector<Vec2>> masks_in_camera(const Surface& surface, const Rig
 
 /// Its sides, curved ones as many points; none of meshes, and of surfaces in other frames than the rig's.
 std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig);
-std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig);
+std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig, const std::string& projector = "");
 
 /// Lengths of the upper and the left side along the wall, metres.
 Vec2 side_lengths(const Surface& surface);
 
 /// The distance between where content is seen to belong and where its light falls, in a true world: over a grid of content
 /// positions, the surface's point as the estimated camera sees it, on the true wall along the true camera's ray, against the
-/// true projector's ray of the estimated projector pixel.
+/// true projector's ray of the estimated projector pixel; of all projectors whose frame has that pixel.
 struct TrueLanding {
   double rms_mm = 0, worst_mm = 0;
   int points = 0;

@@ -31,19 +31,20 @@ std::optional<Ray> camera_ray(const Rig& rig, const Vec2& pixel) {
   return camera.rig_from_camera * Ray{Vec3::Zero(), *direction};
 }
 
-std::optional<Ray> projector_ray(const Rig& rig, const Vec2& pixel) {
-  const RigProjector& projector = rig.projector();
-  const std::optional<Ray> ray = projector.projector.emit(pixel);
+std::optional<Ray> projector_ray(const Rig& rig, const Vec2& pixel, const std::string& projector) {
+  const RigProjector& device = rig.projector(projector);
+  const std::optional<Ray> ray = device.projector.emit(pixel);
   if (!ray) return std::nullopt;
-  return projector.rig_from_projector * *ray;
+  return device.rig_from_projector * *ray;
 }
 
 std::optional<Vec2> camera_pixel(const Rig& rig, const Vec3& point_in_rig) {
   return rig.camera().camera.project(rig.camera().rig_from_camera.inverse() * point_in_rig);
 }
 
-std::optional<Vec2> projector_pixel(const Rig& rig, const Vec3& point_in_rig) {
-  return rig.projector().projector.project(rig.projector().rig_from_projector.inverse() * point_in_rig);
+std::optional<Vec2> projector_pixel(const Rig& rig, const Vec3& point_in_rig, const std::string& projector) {
+  const RigProjector& device = rig.projector(projector);
+  return device.projector.project(device.rig_from_projector.inverse() * point_in_rig);
 }
 
 void require_convex(const CameraCorners& corners) {

@@ -13,9 +13,11 @@ namespace procam::studio {
 inline constexpr std::size_t kCorners = 4;
 
 std::optional<Ray> camera_ray(const Rig& rig, const Vec2& pixel);
-std::optional<Ray> projector_ray(const Rig& rig, const Vec2& pixel);
+/// `projector`: its name in the rig; may be empty when the rig has one.
+std::optional<Ray> projector_ray(const Rig& rig, const Vec2& pixel, const std::string& projector = "");
 std::optional<Vec2> camera_pixel(const Rig& rig, const Vec3& point_in_rig);
-std::optional<Vec2> projector_pixel(const Rig& rig, const Vec3& point_in_rig);
+std::optional<Vec2> projector_pixel(const Rig& rig, const Vec3& point_in_rig,
+                                    const std::string& projector = "");
 
 void require_convex(const CameraCorners& corners);
 bool is_inside(const CameraCorners& corners, const Vec2& pixel);

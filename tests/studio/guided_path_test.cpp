@@ -52,7 +52,7 @@ class GuidedPath {
     ASSERT_TRUE(person.choose("camera", "simulated"));
     ASSERT_TRUE(person.wait("state.camera.open && state.camera.size[0] > 0 && $('image').naturalWidth > 0"));
     ASSERT_TRUE(person.click("$('check')"));
-    finish(person, "state.steps[1].done && state.lit");
+    finish(person, "state.steps[1].done && state.lit.length === 1 && state.lit[0]");
     picture(person, "2_camera");
   }
   void board(test::Person& person) {
@@ -190,7 +190,7 @@ class GuidedPath {
   void click_corners(test::Person& person, const std::vector<std::pair<double, double>>& shares) {
     ASSERT_TRUE(person.click("$('click')"));
     ASSERT_TRUE(person.wait("clicks !== null"));
-    const json lit = person.state("lit");
+    const json lit = person.state("lit[0]");
     const double left = lit[0][0], top = lit[0][1], right = lit[1][0], bottom = lit[1][1];
     for (const auto& [u, v] : shares) {
       const auto [x, y] = person.in_image(left + u * (right - left), top + v * (bottom - top));

@@ -54,6 +54,7 @@ constexpr ValueType kValueTypes[] = {
      "track-camera-name view watch-name "},
     {"SHARE", " duplicate garbage lens-sigma loss reorder "},
     {"SURFACE=VALUE", " content crop fit reflectance track track-hinge "},
+    {"PROJECTOR=DISPLAY", " screen "},
     {"PROJECTOR=NUMBER", " black brightness "},
     {"X,Y,Z", " forward gravity target-at up viewer "},
     {"LENGTH,ANGLE", " map-sigma marker-sigma noise pose-sigma prior-sigma sigma-bump surface-sigma "},

@@ -235,6 +235,14 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
                  "Display for the full-screen window: number, name or position on the desktop ('1920,0')");
   app.add_option("--output", o.output,
                  "Output instead of a display: frames:FOLDER, video:FILE, stdout, shm:NAME or none");
+  app.add_option_function<std::vector<std::string>>(
+      "--screen",
+      [&o](const std::vector<std::string>& items) {
+        o.screens.clear();
+        for (const std::string& item : items) o.screens.push_back(show::parse_screen(item));
+      },
+      "One of several projectors of the rig and its display, left=1, once for each; all show the same and blend. "
+      "Instead of --projector and --display or --output");
   app.add_option(
       "--camera", o.delay_camera,
       "Camera that sees the projection; it measures the delay before the show: its number, device or "

@@ -45,6 +45,8 @@ class PROCAM_EXPORT FrameSink {
   /// The same for one of a moving picture: a window waits for the next refresh of its display (one, not the
   /// two after which whatever the driver shows is this picture).
   virtual double show_next(ViewU8 picture) { return show(picture); }
+  /// The same without waiting for the refresh: for the windows of further displays, while the show keeps the time of one.
+  virtual double show_soon(ViewU8 picture) { return show_next(picture); }
   /// No more frames come: what was shown is where it belongs. A video file is not there without it. Throws
   /// Error(kIo).
   virtual void finish() {}

@@ -164,6 +164,10 @@ class PROCAM_EXPORT Projection {
   /// Of the surface of this number in solved().
   SurfaceLight light(std::size_t surface) const;
 
+  /// The content's picture on the surface of this number in the frame drawn last; nullopt: there was none, or a test pattern.
+  /// Valid as long as the source's view is.
+  std::optional<device::ContentFrame> picture_of(std::size_t surface) const;
+
   /// Draws over a frame again, for the light of another time (ProjectionOptions::over): of a picture that is
   /// held, a mask goes on. false: there is nothing to draw over it.
   bool draw_over(double light_time, ImageView<std::uint8_t> frame) const;

@@ -71,6 +71,16 @@ PROCAM_EXPORT ShowReport run(const Rig& rig, const ShowOptions& options, ShowLis
 PROCAM_EXPORT ShowReport run(const Rig& rig, const ShowOptions& options, device::FrameSink& sink,
                              ShowListener* listener = nullptr);
 
+/// A projector of the rig, and the sink of its frames.
+struct ScreenSink {
+  std::string projector;
+  device::FrameSink& sink;
+};
+
+/// The same with several projectors, as ShowOptions::screens: two or more sinks that the caller has opened.
+PROCAM_EXPORT ShowReport run(const Rig& rig, const ShowOptions& options, const std::vector<ScreenSink>& screens,
+                             ShowListener* listener = nullptr);
+
 /// A show without a calibrated rig: surfaces in projector pixels alone, whose corners are dragged at the control page.
 /// The frame has the display's size, or ShowOptions::size with another output. A surface file that does not exist is
 /// written first: a surface for each of the contents, side by side, or one white surface "wall". Otherwise as above;

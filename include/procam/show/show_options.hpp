@@ -68,6 +68,13 @@ struct TrackInput {
   int marker_light = -1;  ///< grey value of the light on the markers, 0..255; -1: the content's
 };
 
+/// One of several projectors of the rig that this process drives, and where its frames go.
+struct ScreenOutput {
+  std::string projector;               ///< its name in the rig
+  std::optional<std::string> display;  ///< as ShowOptions::display
+  std::string output;                  ///< or as ShowOptions::output
+};
+
 /// The blend with other projectors of the rig, where they light the same surfaces (docs/live.md, surface/blend.hpp).
 struct BlendSettings {
   /// Names in the rig, or "all". In a group none: the hosts announce their projectors; or "off".
@@ -103,6 +110,9 @@ struct ShowOptions {
   /// The projector's display (device::find_display); without it, as device::choose_display() chooses.
   std::optional<std::string> display;
   std::string output;             ///< instead of a display, as device::open_sink() takes it
+  /// Several projectors of the rig in this process (docs/live.md), instead of `projector`, `display` and `output`. All show the
+  /// same surfaces, pictures and poses, and blend. The first one's display gives the frame rate.
+  std::vector<ScreenOutput> screens;
   std::optional<ImageSize> size;  ///< of the frame, where neither a rig nor a display states it
   double fps = 0;                 ///< frames a second; 0: the display's, or 60
   double duration_s = 0;          ///< 0: until the window is closed or the listener ends it
@@ -114,7 +124,7 @@ struct ShowOptions {
   std::optional<PeopleInput> people;
   std::optional<WatchInput> watch;
   std::optional<TrackInput> track;
-  /// Without it a show blends in a group alone.
+  /// Without it a show blends in a group, and with several screens, alone.
   std::optional<BlendSettings> blend;
 
   /// ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp).
@@ -149,6 +159,9 @@ PROCAM_EXPORT bool is_shape_source(const std::string& surfaces);
 
 /// Does a value of TrackInput::surfaces name a marker map file, instead of one marker?
 PROCAM_EXPORT bool is_marker_file(const std::string& markers);
+
+/// "left=1" or "left=frames:out": a projector, and its display or output. Throws Error(kInput).
+PROCAM_EXPORT ScreenOutput parse_screen(const std::string& text);
 
 /// Relative file names become relative to the working directory. Throws Error(kIo), and Error(kInput) with file,
 /// line and field, also for an unknown field.

@@ -30,13 +30,14 @@
 
 namespace procam::studio {
 
-/// A simulated projector, camera, room and person.
+/// One or two simulated projectors, a camera, a room and a person.
 struct SimulatedRoom {
   std::uint64_t seed = 7;
   std::string level = "paper";          ///< simulate/session.hpp
   ImageSize camera_size = {1280, 720};  ///< the level's camera, cut to this shape and reduced
   double frames_per_s = 30;             ///< of the camera
   double latency_s = 0.05;              ///< from showing a frame to the camera image of it
+  int projectors = 1;                   ///< or 2, whose light overlaps on the wall
 };
 
 struct StudioOptions {

@@ -209,6 +209,13 @@ void bind_inputs(py::module_& m) {
       .field("marker_light", &show::TrackInput::marker_light,
              "grey value of the light on the markers, 0..255; -1: the content's");
 
+  Record<show::ScreenOutput> screen_output(
+      m, "ScreenOutput", "One of several projectors of the rig in one process, and where its frames go.");
+  screen_output.fields_init()
+      .field("projector", &show::ScreenOutput::projector, "its name in the rig")
+      .field("display", &show::ScreenOutput::display, "number, name or place on the desktop")
+      .field("output", &show::ScreenOutput::output, "or as device::open_sink() takes it");
+
   Record<show::BlendSettings> blend_settings(
       m, "BlendSettings",
       "The blend with other projectors of the rig, where they light the same surfaces\n"
@@ -301,6 +308,9 @@ void bind_show_options(py::module_& m) {
              "The projector's display (device::find_display); without it, as\n"
              "device::choose_display() chooses.")
       .field("output", &show::ShowOptions::output, "instead of a display, as device::open_sink() takes it")
+      .field("screens", &show::ShowOptions::screens,
+             "Several projectors of the rig in this process (docs/live.md), instead of `projector`,\n"
+             "`display` and `output`. All show the same surfaces, pictures and poses, and blend.")
       .field("size", &show::ShowOptions::size, "of the frame, where neither a rig nor a display states it")
       .field("fps", &show::ShowOptions::fps, "frames a second; 0: the display's, or 60")
       .field("duration_s", &show::ShowOptions::duration_s,
@@ -315,7 +325,8 @@ void bind_show_options(py::module_& m) {
       .field("publish", &show::ShowOptions::publish, "ros2:[NAMESPACE]: the projector in the ROS 2 graph")
       .field("watch", &show::ShowOptions::watch, "")
       .field("track", &show::ShowOptions::track, "")
-      .field("blend", &show::ShowOptions::blend, "Without it a show blends in a group alone.")
+      .field("blend", &show::ShowOptions::blend,
+             "Without it a show blends in a group, and with several screens, alone.")
       .field("group", &show::ShowOptions::group, "hosts with one name show one show")
       .field("group_strength", &show::ShowOptions::group_strength,
              "the strongest follows a leader that is gone")

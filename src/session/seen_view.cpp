@@ -17,7 +17,9 @@ Seen see_board(const BoardView& view) {
     seen.in_camera.push_back(point.camera_pixel);
     seen.in_projector.push_back(point.projector_pixel);
   }
-  if (!camera.observations.empty()) seen.found = format("%zu board points", camera.observations.size());
+  if (!camera.observations.empty())
+    seen.found = format("%zu board points%s", camera.observations.size(),
+                        seen.in_projector.empty() ? ", none of them in the light" : "");
   return seen;
 }
 

@@ -48,9 +48,9 @@ struct LoopParts {
   SurfaceSource* sights = nullptr;  ///< of the surfaces that move on their own
   LightWatch* watch = nullptr;      ///< gets each frame that is shown
   ControlPage* page = nullptr;
-  GroupLink* group = nullptr;   ///< other hosts that show the same; joined
-  FleetLink* fleet = nullptr;   ///< other robots that light the same room
-  BlendMaker* blend = nullptr;  ///< other projectors of the rig; with a group those of its hosts
+  GroupLink* group = nullptr;    ///< other hosts that show the same; joined
+  FleetLink* fleet = nullptr;    ///< other robots that light the same room
+  BlendMaker* blend = nullptr;   ///< other projectors of the rig; with a group those of its hosts
   SideScreens* sides = nullptr;  ///< further projectors that this process drives
   std::string screen = {};       ///< with `sides`: the projector of `projection`
   RunRecorder* recorder = nullptr;

@@ -74,7 +74,8 @@ void FrameLoop::follow_blend(double now) {
   }
   if (turn.is_dark) return;
   // Screens change in one frame, so that places of both are neither too dark nor too bright meanwhile.
-  if (parts_.sides != nullptr && !(maker.is_ready(turn.now) && parts_.sides->is_blend_ready(turn.now))) return;
+  if (parts_.sides != nullptr && !(maker.is_ready(turn.now) && parts_.sides->is_blend_ready(turn.now)))
+    return;
   if (const auto made = maker.find(turn.now); made && made != blend_) {
     metrics_.blend->last_change_s = now - blend_changed_;
     if (parts_.sides != nullptr) parts_.sides->use_blend(turn.now);

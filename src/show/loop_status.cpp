@@ -103,7 +103,8 @@ void FrameLoop::tell_moving(double now) {
 void FrameLoop::publish(double now) {
   if (parts_.page == nullptr) return;
   if (parts_.page->wants_frame())
-    parts_.page->publish(paged_ == 0 ? std::shared_ptr<const ImageU8>(shown_) : parts_.sides->frame(paged_ - 1));
+    parts_.page->publish(paged_ == 0 ? std::shared_ptr<const ImageU8>(shown_)
+                                     : parts_.sides->frame(paged_ - 1));
   const double since = now - published_;
   if (since < 0.1) return;
   PageStatus status;
@@ -116,9 +117,8 @@ void FrameLoop::publish(double now) {
   }
   for (const SolvedSurface& surface : paged.solved().surfaces)
     status.surfaces.push_back({surface.surface.name, surface.surface.content,
-                               parts_.editor != nullptr
-                                   ? points_in_frame(surface, paged.projector())
-                                   : std::vector<std::optional<Vec2>>{}});
+                               parts_.editor != nullptr ? points_in_frame(surface, paged.projector())
+                                                        : std::vector<std::optional<Vec2>>{}});
   status.contents = parts_.contents;
   status.picture = parts_.projection.picture();
   status.frozen = frozen_;

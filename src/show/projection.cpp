@@ -89,8 +89,8 @@ struct Projection::State {
   /// One a surface: a number that no other content has had. Memory of one that is gone may come again with
   /// the next, and the renderer knows pictures by their memory and revision.
   std::vector<std::uint64_t> serials;
-  std::vector<std::string> dark;    ///< names
-  std::vector<SurfaceLight> light;  ///< one a surface
+  std::vector<std::string> dark;                              ///< names
+  std::vector<SurfaceLight> light;                            ///< one a surface
   std::vector<std::optional<device::ContentFrame>> pictures;  ///< one a surface
   std::uint64_t next_serial = 1;
   std::optional<Pose> rig_from_world;  ///< of a projector that stands still

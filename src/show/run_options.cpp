@@ -114,10 +114,14 @@ void check_screens(const ShowOptions& options) {
   if (!options.projector.empty() || options.display || !options.output.empty())
     refuse("projector, display and output are those of one screen", "leave them out");
   const std::pair<bool, const char*> needs_one[] = {
-      {options.watch.has_value(), "watch"},  {options.track.has_value(), "track"},
-      {options.people.has_value(), "people"}, {!options.publish.empty(), "publish"},
-      {!options.group.empty(), "group"},     {!options.fleet.empty(), "fleet"},
-      {!options.record.empty(), "record"},   {is_depth_source(options.surfaces), "surfaces of a depth camera"}};
+      {options.watch.has_value(), "watch"},
+      {options.track.has_value(), "track"},
+      {options.people.has_value(), "people"},
+      {!options.publish.empty(), "publish"},
+      {!options.group.empty(), "group"},
+      {!options.fleet.empty(), "fleet"},
+      {!options.record.empty(), "record"},
+      {is_depth_source(options.surfaces), "surfaces of a depth camera"}};
   for (const auto& [given, name] : needs_one)
     if (given)
       refuse(std::string("a show with several in one process cannot have: ") + name,

@@ -18,8 +18,8 @@
 #include "procam/track/pose_source.hpp"
 #include "rejected_counts.hpp"
 #include "ros2_output.hpp"
-#include "side_screens.hpp"
 #include "show_people.hpp"
+#include "side_screens.hpp"
 
 namespace procam::show {
 

@@ -12,6 +12,7 @@
 
 #include "board_spotter.hpp"
 #include "calibration_job.hpp"
+#include "camera_list.hpp"
 #include "drift_check.hpp"
 #include "edit_log.hpp"
 #include "next_pose_job.hpp"
@@ -39,7 +40,17 @@ class Desk {
   void run();
 
  private:
-  enum class Job { kNone, kIdentify, kCheckCamera, kCapture, kScan, kDriftCheck, kShow, kMapping };
+  enum class Job {
+    kNone,
+    kIdentify,
+    kCheckCamera,
+    kCapture,
+    kScan,
+    kDriftCheck,
+    kShow,
+    kMapping,
+    kLookAround
+  };
   /// What the listener threw ends everything.
   struct Ending {};
   /// The person has stopped a job.
@@ -48,7 +59,7 @@ class Desk {
   class CaptureDialog;  ///< of session::record_session()
   class ShowFollower;   ///< of show::run()
   struct ShownPatterns;
-  struct StateParts;    ///< of state_text()
+  struct StateParts;  ///< of state_text()
 
   // desk.cpp
   void pump();
@@ -105,11 +116,13 @@ class Desk {
   void capture_wall(const std::string& pattern, const std::filesystem::path& folder);
   void run_show();
   void map_by_hand();
+  void look_around();
   void serve_beside(show::ShowOptions& options);
   show::ShowOptions show_options(const std::filesystem::path& surfaces) const;
   void take_calibration();
   /// With one of the projectors, while the others are black.
   session::CaptureRig capture_rig(std::size_t projector);
+  bool is_next_pose_advised() const;
   void begin_guiding();
   void guide_next_pose(const std::optional<GuidedPose>& advised);
   GuidedPose listed_pose(int number) const;
@@ -144,9 +157,10 @@ class Desk {
   double last_image_s_ = 0, images_per_s_ = 0;
   ImageSize image_size_;
   double saturated_share_ = 0, brightness_ = 0, sharpness_ = 0;
-  std::vector<std::optional<LitBox>> lit_;                        ///< by each projector; empty: not checked
+  std::vector<std::optional<LitBox>> lit_;         ///< by each projector; empty: not checked
   std::vector<session::ShutterOptions> shutters_;  ///< one a projector, measured by check_camera()
   BoardSpotter spotter_;
+  CameraPreviews previews_;
 
   // Results.
   std::optional<Board> board_;

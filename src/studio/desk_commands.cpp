@@ -52,6 +52,7 @@ void Desk::execute(const StudioCommand& command) {
   if (verb == "check_drift") return begin(Job::kDriftCheck);
   if (verb == "show") return begin(Job::kShow);
   if (verb == "map") return begin(Job::kMapping);
+  if (verb == "look_around") return begin(Job::kLookAround);
   if (verb == "correct_rig") return correct_rig();
   if (verb == "autostart") return write_service();
   if (verb == "bump" && stage_) return stage_->bump_projector();

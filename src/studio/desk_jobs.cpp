@@ -1,5 +1,7 @@
 /// The long works of the desk: captures, measurements of the wall, the show.
 #include <algorithm>
+#include <chrono>
+#include <thread>
 #include <utility>
 
 #include "desk.hpp"
@@ -164,6 +166,9 @@ void Desk::run_job() {
       case Job::kMapping:
         map_by_hand();
         break;
+      case Job::kLookAround:
+        look_around();
+        break;
       case Job::kNone:
         break;
     }
@@ -183,6 +188,32 @@ void Desk::run_job() {
   job == Job::kIdentify || job == Job::kMapping ? show_test_card() : show_flat(255);
 }
 
+/// The chosen camera makes way as well: a device is opened once.
+void Desk::look_around() {
+  doing_ = "opening the cameras";
+  camera_.reset();
+  opened_source_.reset();
+  const auto end = [this] {
+    previews_.close();
+    open_camera();
+  };
+  try {
+    previews_.open(listed_cameras(stage_ != nullptr, project_.choices.camera),
+                   stage_ ? &stage_->camera() : nullptr, [this] { pump(); });
+    doing_ = "showing the images of all cameras";
+    while (true) {
+      pump();
+      previews_.poll(page_);
+      std::this_thread::sleep_for(std::chrono::duration<double>(kDialogLook));
+    }
+  } catch (const Stopped&) {
+    end();
+  } catch (...) {
+    end();
+    throw;
+  }
+}
+
 /// The projectors' own windows make way for those of all displays.
 void Desk::identify() {
   doing_ = "showing each display its number";
@@ -191,8 +222,7 @@ void Desk::identify() {
     if (stage_) {
       screens_.open(stage_->all_projectors(), stage_.get());
       for (std::size_t i = 0; i < screens_.size(); ++i)
-        screens_.at(i).show(
-            show::identification(screens_.at(i).size(), int(i) + 1, "simulated projector"));
+        screens_.at(i).show(show::identification(screens_.at(i).size(), int(i) + 1, "simulated projector"));
       constexpr double kTime = 3;  // seconds
       for (const double end = steady_now() + kTime; steady_now() < end; look(kDialogLook)) pump();
     } else {
@@ -274,7 +304,7 @@ void Desk::capture() {
   take_now_ = false;
   spotter_.look_for(board_);
   // Of an interrupted pose the frames are kept while the board is where it was.
-  if (stage_ && project_.views_captured() < NextPoseJob::kFewestViews) {
+  if (stage_ && !is_next_pose_advised()) {
     guide_next_pose(std::nullopt);
     while (stage_->is_moving()) look(kDialogLook), pump();
   }
@@ -282,9 +312,14 @@ void Desk::capture() {
   if (stage_) stage_->put_board_away();
 }
 
+/// Not before each projector may have had as many views as it needs.
+bool Desk::is_next_pose_advised() const {
+  return project_.views_captured() >= NextPoseJob::kFewestViews * int(screens_.size());
+}
+
 void Desk::begin_guiding() {
   guided_.reset();
-  if (project_.views_captured() >= NextPoseJob::kFewestViews)
+  if (is_next_pose_advised())
     next_pose_.start(project_.session());
   else
     guide_next_pose(std::nullopt);
@@ -296,18 +331,21 @@ GuidedPose Desk::listed_pose(int number) const {
   // In the light of each projector in turn.
   const int projectors = std::max(1, int(lit_.size()));
   const LitBox lit = lit_.empty() ? middle : lit_[std::size_t(number % projectors)].value_or(middle);
-  return guided_pose(number / projectors, *board_, image_size_, lit);
+  GuidedPose pose = guided_pose(number / projectors, *board_, image_size_, lit);
+  pose.projector = std::size_t(number % projectors);
+  if (projectors > 1) pose.words += ", in the light of " + screens_.name(pose.projector);
+  return pose;
 }
 
 bool Desk::hold_listed_pose(int number) {
   guided_ = listed_pose(number);
-  return stage_->hold_at(guided_->camera_from_board);
+  return stage_->hold_at(guided_->camera_from_board, guided_->projector);
 }
 
 void Desk::guide_next_pose(const std::optional<GuidedPose>& advised) {
   if (!board_ || image_size_.width == 0) return;
   guided_ = advised ? *advised : listed_pose(project_.views_captured());
-  if (!stage_ || stage_->hold_at(guided_->camera_from_board)) return;
+  if (!stage_ || stage_->hold_at(guided_->camera_from_board, guided_->projector)) return;
   // The person cannot bring it there: the next of the list that is possible.
   constexpr int kOthers = 12;
   for (int i = 0; i < kOthers; ++i)
@@ -411,11 +449,12 @@ void Desk::find_drift() {
   if (surfaces_.surfaces.empty())
     throw Error(ErrorKind::kInput, "drift check", "there is no surface", "make one in the step 'surfaces'");
   drift_.reset();
-  capture_wall("charuco", project_.check());
+  const std::string pattern = "charuco";
+  capture_wall(pattern, project_.check());
   std::vector<DriftCapture> captured;
   for (std::size_t i = 0; i < screens_.size(); ++i)
     captured.push_back({screens_.name(i), session::read_projected_board(
-                                              project_.check() / "view_00" / screens_.name(i), "",
+                                              project_.check() / "view_00" / screens_.name(i), pattern,
                                               screens_.at(i).size(), rig().camera().camera.size)});
   drift_ = check_drift(rig(), surfaces_, captured);
   for (const WallDrift& wall : drift_->walls) say(to_sentence(wall));
@@ -428,7 +467,8 @@ show::ShowOptions Desk::show_options(const fs::path& surfaces) const {
   if (projectors.size() == 1 && !stage_) options.display = projectors.front().display;
   if (projectors.size() > 1)
     for (const ChosenProjector& one : projectors)
-      options.screens.push_back({one.name, stage_ ? std::nullopt : std::optional(one.display), stage_ ? "none" : ""});
+      options.screens.push_back(
+          {one.name, stage_ ? std::nullopt : std::optional(one.display), stage_ ? "none" : ""});
   return options;
 }
 

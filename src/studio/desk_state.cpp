@@ -49,19 +49,18 @@ json displays(const SimulatedStage* stage) {
   return list;
 }
 
-/// The devices of this machine, and what was typed: a topic, an address, a folder.
-json cameras(bool simulated, const std::string& chosen) {
-  if (simulated) return json::array({{{"text", "simulated"}, {"words", "simulated camera"}}});
+/// With the newest image of each, where they are looked at.
+json cameras(const std::vector<ListedCamera>& listed, const std::vector<CameraPreviews::Preview>& previews) {
   json list = json::array();
-  constexpr int kDevices = 16;
-  for (int i = 0; i < kDevices; ++i) {
-    std::error_code ignored;
-    const std::string path = "/dev/video" + std::to_string(i);
-    if (std::filesystem::exists(path, ignored)) list.push_back({{"text", path}, {"words", path}});
+  for (const ListedCamera& camera : listed) {
+    json& entry = list.emplace_back(json{{"text", camera.text}, {"words", camera.words}});
+    for (std::size_t i = 0; i < previews.size(); ++i) {
+      if (previews[i].text != camera.text) continue;
+      entry["preview"] = i + 1;
+      entry["images"] = previews[i].images;
+      entry["fault"] = previews[i].fault;
+    }
   }
-  const std::string device = "/dev/video";  // one that is gone is shown as not found
-  if (!chosen.empty() && chosen.compare(0, device.size(), device) != 0)
-    list.push_back({{"text", chosen}, {"words", chosen}});
   return list;
 }
 
@@ -132,7 +131,8 @@ struct Desk::StateParts {
     json steps = json::array();
     for (int i = 0; i < kSteps; ++i)
       steps.push_back({{"id", to_string(Step(i))}, {"done", desk.project_.is_done(Step(i))}});
-    constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "drift", "show", "map"};
+    constexpr const char* kJobs[] = {"",      "identify", "check", "capture", "scan",
+                                     "drift", "show",     "map",   "look"};
     const auto [calibrating, percent] = desk.calibration_.progress();
     const bool is_calibrating = desk.calibration_.is_running();
     return {
@@ -159,7 +159,9 @@ struct Desk::StateParts {
                    {"saturated", finite(100 * desk.saturated_share_)},
                    {"brightness", finite(desk.brightness_)},
                    {"sharpness", finite(desk.sharpness_)}};
-    if (choices.step == Step::kCamera) camera["list"] = cameras(desk.stage_ != nullptr, choices.camera);
+    if (choices.step == Step::kCamera)
+      camera["list"] =
+          cameras(listed_cameras(desk.stage_ != nullptr, choices.camera), desk.previews_.previews());
     return camera;
   }
 
@@ -205,7 +207,8 @@ std::string Desk::state_text() const {
   state["error"] = error_
                        ? json{{"what", error_->subject()}, {"why", error_->why()}, {"next", error_->next()}}
                        : json(nullptr);
-  state["display"] = {{"chosen", choices.display}, {"further", choices.further_displays}, {"open", screens_.is_open()}};
+  state["display"] = {
+      {"chosen", choices.display}, {"further", choices.further_displays}, {"open", screens_.is_open()}};
   if (rig_) {
     const ImageSize frame = rig_->projector(framed_name()).projector.size();
     state["frame"] = {frame.width, frame.height};

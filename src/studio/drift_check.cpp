@@ -71,7 +71,7 @@ std::string cause(const analyze::VerifyResult& result) {
 std::string to_sentence(const WallDrift& wall) {
   const std::string light = wall.projector.empty() ? "the light" : "the light of " + wall.projector;
   if (!wall.checked)
-    return "'" + wall.surface + (wall.projector.empty() ? "" : "' and " + light) + "': " + wall.remarks;
+    return "'" + wall.surface + "'" + (wall.projector.empty() ? "" : ", " + light) + ": " + wall.remarks;
   return "'" + wall.surface + "': " + light + " is off by " + fixed(wall.rms_mm, 2) + " mm rms, " +
          fixed(wall.max_mm, 2) + " mm max (" + std::to_string(wall.marks) + " marks); " +
          (wall.moved ? "moved: " + wall.remarks : "nothing has moved");
@@ -107,7 +107,8 @@ static Drift check_projector(const Rig& rig, const SurfaceSet& surfaces, const s
     analyze::StatedSurface stated{surface.name, {place_of(surface.geometry)->frame_from_surface}};
     stated.tangents = planes_of(surface, rig, marks);
     try {
-      const analyze::VerifyResult result = analyze::verify(rig, rig.camera(), rig.projector(projector), stated, marks);
+      const analyze::VerifyResult result =
+          analyze::verify(rig, rig.camera(), rig.projector(projector), stated, marks);
       ++checked;
       wall.checked = true;
       wall.rms_mm = 1e3 * result.rms;
@@ -149,7 +150,8 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces, const std::vector<
       all.walls.push_back(std::move(none));
     }
   }
-  const bool none = std::none_of(all.walls.begin(), all.walls.end(), [](const WallDrift& w) { return w.checked; });
+  const bool none =
+      std::none_of(all.walls.begin(), all.walls.end(), [](const WallDrift& w) { return w.checked; });
   if (none && unchecked) throw *unchecked;
   return all;
 }

@@ -14,7 +14,7 @@ namespace procam::studio {
 
 struct WallDrift {
   std::string surface;
-  std::string projector;  ///< whose light it is; empty: the only one
+  std::string projector;          ///< whose light it is; empty: the only one
   double rms_mm = 0, max_mm = 0;  ///< distance of the light from where the rig file puts it
   int marks = 0;
   bool checked = false;

@@ -15,13 +15,15 @@ namespace {
 constexpr double kWall = 2;  // metres
 struct AdviceStopped {};
 
-/// That with the largest predicted error.
-std::string worst_projector(const Rig& rig) {
-  std::string worst;
+/// That with the largest predicted error on a surface that the camera locates: errors of the camera are those of all.
+std::size_t worst_projector(const Rig& rig) {
+  std::size_t worst = 0;
   double largest = -1;
-  for (const RigProjector& projector : rig.projectors) {
-    const double mm = analyze::predicted_light_error(rig, kWall, projector.name).rms_mm;
-    if (mm > largest) largest = mm, worst = projector.name;
+  for (std::size_t i = 0; i < rig.projectors.size(); ++i) {
+    const double mm = analyze::predicted_light_errors(rig, kWall, rig.projectors[i].name)
+                          .of(analyze::SurfaceLocated::kByCamera)
+                          .rms_mm;
+    if (mm > largest) largest = mm, worst = i;
   }
   return worst;
 }
@@ -48,12 +50,14 @@ void NextPoseJob::start(const std::filesystem::path& session) {
       calibrate::Options options;
       options.progress = [&](const std::string&, double) { go_on(); };
       const calibrate::CalibrationResult solved = calibrate::calibrate_rig(contents.correspondences, options);
-      if (const auto next = analyze::advise_next_view(solved, kWall, worst_projector(solved.rig))) {
+      const std::size_t worst = worst_projector(solved.rig);
+      if (const auto next = analyze::advise_next_view(solved, kWall, solved.rig.projectors[worst].name)) {
         const RigCamera& camera = solved.rig.camera();
         result.pose = GuidedPose{camera.rig_from_camera.inverse() * next->rig_from_board, camera.camera,
                                  next->words + "; the predicted error at 2 m then falls from " +
                                      fixed(next->now.externally.rms_mm, 1) + " to " +
-                                     fixed(next->then.externally.rms_mm, 1) + " mm"};
+                                     fixed(next->then.externally.rms_mm, 1) + " mm",
+                                 worst};
       }
     } catch (const AdviceStopped&) {   // the studio ends
     } catch (const std::exception&) {  // not solvable yet: the next pose is that of the list

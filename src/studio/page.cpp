@@ -16,13 +16,20 @@ namespace {
 constexpr int kImageWidth = 1280;
 constexpr std::size_t kLongestPage = 32;
 
+constexpr int kPreviewWidth = 320;
+constexpr std::size_t kDevices = 20;
+
+/// The device of "STEM_3.ENDING": 2.
+std::optional<std::size_t> device_of(const std::string& path, const std::string& stem,
+                                     const std::string& ending) {
+  for (std::size_t i = 0; i < kDevices; ++i)
+    if (path == stem + "_" + std::to_string(i + 1) + ending) return i;
+  return std::nullopt;
+}
+
 /// "/projector.png" is the first one's frame, "/projector_2.png" the second one's.
 std::optional<std::size_t> projector_of(const std::string& path) {
-  const std::string first = "/projector", last = ".png";
-  if (path == first + last) return 0;
-  for (std::size_t i = 1; i < 16; ++i)
-    if (path == first + "_" + std::to_string(i + 1) + last) return i;
-  return std::nullopt;
+  return path == "/projector.png" ? std::optional<std::size_t>(0) : device_of(path, "/projector", ".png");
 }
 
 }  // namespace
@@ -92,13 +99,12 @@ std::optional<show::PageFile> StudioPage::file(const std::string& path) {
     if (path == "/report") return show::PageFile{"text/html; charset=utf-8", io::read_file(report_)};
     if (path == "/board.pdf") return show::PageFile{"application/pdf", io::read_file(board_sheet_)};
     if (const auto projector = projector_of(path)) {
-      std::shared_ptr<const ImageU8> frame;
-      {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (*projector < frames_.size()) frame = frames_[*projector];
-      }
-      if (frame) return show::PageFile{"image/png", io::encode_png(*frame)};
+      if (const auto frame = newest(frames_, *projector))
+        return show::PageFile{"image/png", io::encode_png(*frame)};
     }
+    if (const auto camera = device_of(path, "/camera", ".jpg"))
+      if (const auto image = newest(previews_, *camera))
+        return show::PageFile{"image/jpeg", show::to_jpeg(*image, kPreviewWidth)};
   } catch (const std::exception&) {  // not written yet
   }
   return std::nullopt;
@@ -122,10 +128,26 @@ void StudioPage::publish(std::shared_ptr<const ImageU8> image) {
   ++image_number_;
 }
 
+std::shared_ptr<const ImageU8> StudioPage::newest(const std::vector<std::shared_ptr<const ImageU8>>& of,
+                                                  std::size_t device) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return device < of.size() ? of[device] : nullptr;
+}
+
+static void keep_newest(std::vector<std::shared_ptr<const ImageU8>>& of, std::size_t device,
+                        std::shared_ptr<const ImageU8> image) {
+  if (of.size() <= device) of.resize(device + 1);
+  of[device] = std::move(image);
+}
+
+void StudioPage::publish_preview(std::size_t camera, std::shared_ptr<const ImageU8> image) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  keep_newest(previews_, camera, std::move(image));
+}
+
 void StudioPage::publish_frame(std::size_t projector, std::shared_ptr<const ImageU8> frame) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (frames_.size() <= projector) frames_.resize(projector + 1);
-  frames_[projector] = std::move(frame);
+  keep_newest(frames_, projector, std::move(frame));
 }
 
 }  // namespace procam::studio

@@ -40,15 +40,21 @@ class StudioPage : public show::ServedPage {
   void publish(std::shared_ptr<const ImageU8> image);
   /// What a projector shows: GET /projector.png of the first, /projector_2.png of the second.
   void publish_frame(std::size_t projector, std::shared_ptr<const ImageU8> frame);
+  /// Of a camera of the list: GET /camera_1.jpg of the first.
+  void publish_preview(std::size_t camera, std::shared_ptr<const ImageU8> image);
 
  private:
+  std::shared_ptr<const ImageU8> newest(const std::vector<std::shared_ptr<const ImageU8>>& of,
+                                        std::size_t device);
+
   const std::filesystem::path board_sheet_, report_;
   std::mutex mutex_;
   std::vector<StudioCommand> commands_;
   std::string state_ = "{}";
   std::uint64_t state_number_ = 1;
   std::shared_ptr<const ImageU8> image_;
-  std::vector<std::shared_ptr<const ImageU8>> frames_;  ///< one a projector
+  std::vector<std::shared_ptr<const ImageU8>> frames_;    ///< one a projector
+  std::vector<std::shared_ptr<const ImageU8>> previews_;  ///< one a camera of the list
   std::uint64_t image_number_ = 0;
 };
 

@@ -22,8 +22,9 @@ struct LitBox {
 
 struct GuidedPose {
   Pose camera_from_board;
-  Camera camera;      ///< that it is drawn for
-  std::string words;  ///< "0.9 m away, upper edge tilted towards you"
+  Camera camera;              ///< that it is drawn for
+  std::string words;          ///< "0.9 m away, upper edge tilted towards you"
+  std::size_t projector = 0;  ///< in whose light it is
 };
 
 /// The pose of one view: distances from near to far, tilts about all axes in turn, in the light.

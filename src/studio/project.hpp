@@ -25,16 +25,16 @@ struct ChosenProjector {
 /// What a person has chosen: studio.json.
 struct Choices {
   Step step = Step::kDisplay;
-  std::string display;      ///< of the first projector; empty: none yet
+  std::string display;                        ///< of the first projector; empty: none yet
   std::vector<std::string> further_displays;  ///< one a further projector
-  std::string camera;       ///< as device::open_camera() takes it; "simulated"
-  std::string camera_size;  ///< "1280x720"; empty: the driver's
-  std::string exposure;     ///< in the camera driver's unit; empty: as it is
+  std::string camera;                         ///< as device::open_camera() takes it; "simulated"
+  std::string camera_size;                    ///< "1280x720"; empty: the driver's
+  std::string exposure;                       ///< in the camera driver's unit; empty: as it is
   std::string paper = "a4";
   std::string board;     ///< as it was drawn; board.json has its measured size
   std::string measured;  ///< length of its printed ruler, "99.6mm"; empty: 100 mm
   std::string pattern = "gray";
-  int views = 6;
+  int views = 8;
   double accept_mm = 5;
   std::string measure_by = "light";  ///< what measures the wall: "light", "depth", "marker" or "size"
   std::string depth;  ///< the depth camera, as device::open_depth() takes it; simulated: not used

@@ -55,8 +55,7 @@ void ProjectorScreens::open(const std::vector<ChosenProjector>& chosen, Simulate
     Opened one;
     one.name = chosen[i].name;
     if (stage == nullptr)
-      one.window =
-          device::open_window(device::find_display(device::displays(), chosen[i].display).number);
+      one.window = device::open_window(device::find_display(device::displays(), chosen[i].display).number);
     one.screen = std::make_unique<Screen>(stage != nullptr ? stage->projector(i) : *one.window, page_, i);
     opened.push_back(std::move(one));
   }

@@ -31,7 +31,7 @@ constexpr double kExposedFor = 0.85;
 constexpr double kProjectorGamma = 2.2, kProjectorBlack = 0.001;
 constexpr std::size_t kShownFrames = 64;
 /// Of the second projector, against the first one: metres in the rig's frame, radians about its y axis.
-const Vec3 kSecondPlace = Vec3(0.35, 0.02, 0.03);
+const Vec3 kSecondPlace = Vec3(0.42, 0.02, 0.03);
 constexpr double kSecondTurn = 0.02;
 
 /// The camera cut to the shape of `size` about its middle row, then reduced.
@@ -244,8 +244,8 @@ std::shared_ptr<const simulate::LiveView> SimulatedStage::trace(
   options.view.seed = options_.seed;
   options.view.adaptive = true;
   options.glare = capture_.glare;
-  return std::make_shared<const simulate::LiveView>(room(rig_from_board), rig_.camera().camera, Pose(), lights,
-                                                    options);
+  return std::make_shared<const simulate::LiveView>(room(rig_from_board), rig_.camera().camera, Pose(),
+                                                    lights, options);
 }
 
 void SimulatedStage::take_board(const std::optional<Board>& board) {
@@ -260,36 +260,33 @@ void SimulatedStage::take_board(const std::optional<Board>& board) {
   board_ = std::move(print);
 }
 
-bool SimulatedStage::is_usable(const Pose& rig_from_board) const {
+bool SimulatedStage::is_usable(const Pose& rig_from_board, const RigProjector& projector) const {
   constexpr double kRim = 8;
   const auto inside = [](const Camera& device, const Vec3& point) {
     const std::optional<Vec2> p = device.project(point);
     return p && p->x() >= kRim && p->y() >= kRim && p->x() <= device.size.width - 1 - kRim &&
            p->y() <= device.size.height - 1 - kRim;
   };
-  const auto faces = [](const Pose& device_from_board) {
+  const Pose projector_from_board = projector.rig_from_projector.inverse() * rig_from_board;
+  for (const Pose& device_from_board : {rig_from_board, projector_from_board}) {
     const Vec3 eye = device_from_board.inverse().translation;
-    return eye.z() <= -0.6 * eye.norm();
-  };
-  if (!faces(rig_from_board)) return false;
+    if (eye.z() > -0.6 * eye.norm()) return false;
+  }
   for (const Vec3& corner : simulate::sheet_corners_in_board(*board_)) {
     if (!inside(rig_.camera().camera, rig_from_board * corner)) return false;
     const Vec3 in_rig = rig_from_board * corner;
     if (!((rig_from_wall_.inverse() * in_rig).z() < -kFreeAir)) return false;
     if (!((rig_from_column_.inverse() * in_rig).head<2>().norm() > kColumnRadius + kFreeAir)) return false;
   }
-  // As many points in the light of a projector as advised poses have (calibrate/next_view.hpp).
+  // As many points in the light as advised poses have (calibrate/next_view.hpp).
   const Points3 points = points_in_board(board_->layout);
-  return std::any_of(rig_.projectors.begin(), rig_.projectors.end(), [&](const RigProjector& projector) {
-    const Pose projector_from_board = projector.rig_from_projector.inverse() * rig_from_board;
-    const auto lit = std::count_if(points.begin(), points.end(), [&](const Vec3& point) {
-      return inside(projector.projector.inverse_camera, projector_from_board * point);
-    });
-    return faces(projector_from_board) && 10 * std::size_t(lit) >= 9 * points.size();
+  const auto lit = std::count_if(points.begin(), points.end(), [&](const Vec3& point) {
+    return inside(projector.projector.inverse_camera, projector_from_board * point);
   });
+  return 10 * std::size_t(lit) >= 9 * points.size();
 }
 
-bool SimulatedStage::hold_at(const Pose& wished) {
+bool SimulatedStage::hold_at(const Pose& wished, std::size_t projector) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!board_) return false;
   // Nearest first: a hand moves the board until the light covers it, away from the camera rather than towards it.
@@ -306,7 +303,7 @@ bool SimulatedStage::hold_at(const Pose& wished) {
     const Pose about(Eigen::Quaterniond::Identity(), wished.translation);
     Pose pose = about * se3_exp(change) * about.inverse() * wished;
     pose.translation *= 1 + reach * (1 + unit(random)) / 2;
-    if (!is_usable(pose)) continue;
+    if (!is_usable(pose, rig_.projectors.at(projector))) continue;
     wish_ = Wish{pose};
     moving_ = true;
     changed_.notify_all();

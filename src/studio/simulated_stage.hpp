@@ -39,9 +39,9 @@ class SimulatedStage {
 
   /// The person takes a print of this board, or puts it away.
   void take_board(const std::optional<Board>& board);
-  /// Moves it to the pose nearest to the given one that camera and projector both cover; the move takes a moment.
+  /// Moves it to the pose nearest to the given one that camera and that projector both cover; the move takes a moment.
   /// false: there is none near it, and the board stays.
-  bool hold_at(const Pose& wished);
+  bool hold_at(const Pose& wished, std::size_t projector = 0);
   void put_board_away();
   /// Somebody glues the marker flat to the wall, left of the column, or takes it off.
   void hang_marker(const std::optional<PlacedMarker>& marker, MarkerDictionary dictionary);
@@ -65,7 +65,7 @@ class SimulatedStage {
 
   simulate::Room room(const std::optional<Pose>& rig_from_board) const;
   std::shared_ptr<const simulate::LiveView> trace(const std::optional<Pose>& rig_from_board) const;
-  bool is_usable(const Pose& rig_from_board) const;
+  bool is_usable(const Pose& rig_from_board, const RigProjector& projector) const;
   void add_projector();
   void move_boards();
   void expose_images();

@@ -165,12 +165,13 @@ Surface slide(const Surface& surface, const Rig& rig, int corner, const std::opt
 }  // namespace
 
 static bool is_in_frame(const Vec2& pixel, ImageSize size) {
-  return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= size.width - 0.5 && pixel.y() <= size.height - 0.5;
+  return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= size.width - 0.5 &&
+         pixel.y() <= size.height - 0.5;
 }
 
 /// By the frames of one projector.
-static void add_scan(const std::filesystem::path& view, const RigProjector& projector, const Rig& rig, int step,
-                     std::vector<ScanPoint>& scan) {
+static void add_scan(const std::filesystem::path& view, const RigProjector& projector, const Rig& rig,
+                     int step, std::vector<ScanPoint>& scan) {
   const pattern::GrayCode code{projector.projector.size()};
   const io::CaptureFolder captured = io::load_capture_folder(view, pattern::frame_count(code));
   std::vector<ViewU8> views(captured.frames.begin(), captured.frames.end());
@@ -195,7 +196,8 @@ static void add_scan(const std::filesystem::path& view, const RigProjector& proj
 std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig& rig, int step) {
   std::vector<ScanPoint> scan;
   for (const RigProjector& projector : rig.projectors)
-    add_scan(folder / "view_00" / (rig.projectors.size() > 1 ? projector.name : ""), projector, rig, step, scan);
+    add_scan(folder / "view_00" / (rig.projectors.size() > 1 ? projector.name : ""), projector, rig, step,
+             scan);
   if (scan.empty())
     throw Error(ErrorKind::kNotEnoughData, "the wall's measurement", "the camera saw none of the stripes",
                 "point camera and projector at the same part of the wall, and measure again");
@@ -355,7 +357,8 @@ TrueLanding true_landing(const Surface& surface, const Rig& estimated, const Rig
     for (int j = 0; j < kGrid; ++j)
       for (int i = 0; i < kGrid; ++i) {
         const Vec3 point = content_to_rig(Vec2(i, j) / (kGrid - 1.0));
-        const auto seen = camera_pixel(estimated, point), lit = projector_pixel(estimated, point, projector.name);
+        const auto seen = camera_pixel(estimated, point),
+                   lit = projector_pixel(estimated, point, projector.name);
         if (!lit || !is_in_frame(*lit, projector.projector.size())) continue;
         const auto wanted = seen ? camera_ray(truth, *seen) : std::nullopt;
         const auto light = projector_ray(truth, *lit, projector.name);

@@ -57,6 +57,7 @@ ShowOptions everything() {
   o.track->surfaces = {{"cart,sign", "apriltag_36h11:5:120mm"}, {"door", "door_markers.json"}};
   o.track->hinges = {{"door", "left"}};
   o.track->marker_light = 200;
+  o.screens = {{"left", "1", ""}, {"right", std::nullopt, "shm:right"}};
   o.blend = BlendSettings{};
   o.blend->projectors = {"left", "right"};
   o.blend->black = {{"left", 0.001}, {"right", 0.0025}};

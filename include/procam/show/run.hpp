@@ -78,8 +78,8 @@ struct ScreenSink {
 };
 
 /// The same with several projectors, as ShowOptions::screens: two or more sinks that the caller has opened.
-PROCAM_EXPORT ShowReport run(const Rig& rig, const ShowOptions& options, const std::vector<ScreenSink>& screens,
-                             ShowListener* listener = nullptr);
+PROCAM_EXPORT ShowReport run(const Rig& rig, const ShowOptions& options,
+                             const std::vector<ScreenSink>& screens, ShowListener* listener = nullptr);
 
 /// A show without a calibrated rig: surfaces in projector pixels alone, whose corners are dragged at the control page.
 /// The frame has the display's size, or ShowOptions::size with another output. A surface file that does not exist is

@@ -109,7 +109,7 @@ struct ShowOptions {
 
   /// The projector's display (device::find_display); without it, as device::choose_display() chooses.
   std::optional<std::string> display;
-  std::string output;             ///< instead of a display, as device::open_sink() takes it
+  std::string output;  ///< instead of a display, as device::open_sink() takes it
   /// Several projectors of the rig in this process (docs/live.md), instead of `projector`, `display` and `output`. All show the
   /// same surfaces, pictures and poses, and blend. The first one's display gives the frame rate.
   std::vector<ScreenOutput> screens;

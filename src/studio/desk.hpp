@@ -126,6 +126,8 @@ class Desk {
   void begin_guiding();
   void guide_next_pose(const std::optional<GuidedPose>& advised);
   GuidedPose listed_pose(int number) const;
+  /// Of the list, poses whose numbers differ by this one are in the light of the same projector.
+  int projectors_in_turn() const;
   /// The simulated person's; false: it cannot be held.
   bool hold_listed_pose(int number);
 

@@ -97,7 +97,7 @@ class Desk::CaptureDialog : public session::RecorderDialog {
       const auto moved = largest_move(*desk_.captured_, spotted->found);
       if (moved && *moved < kNewPoseShare * spotted->found.image_size.width) {
         // The pose nearest to the advised one that the simulated person can hold is the last one again.
-        if (desk_.stage_) desk_.hold_listed_pose(view + ++others_);
+        if (desk_.stage_) desk_.hold_listed_pose(view + ++others_ * desk_.projectors_in_turn());
         return false;
       }
     }
@@ -325,11 +325,15 @@ void Desk::begin_guiding() {
     guide_next_pose(std::nullopt);
 }
 
+int Desk::projectors_in_turn() const {
+  return std::max(1, int(lit_.size()));
+}
+
 GuidedPose Desk::listed_pose(int number) const {
   const Vec2 size(image_size_.width, image_size_.height);
   const LitBox middle{0.25 * size, 0.75 * size};
   // In the light of each projector in turn.
-  const int projectors = std::max(1, int(lit_.size()));
+  const int projectors = projectors_in_turn();
   const LitBox lit = lit_.empty() ? middle : lit_[std::size_t(number % projectors)].value_or(middle);
   GuidedPose pose = guided_pose(number / projectors, *board_, image_size_, lit);
   pose.projector = std::size_t(number % projectors);
@@ -349,7 +353,7 @@ void Desk::guide_next_pose(const std::optional<GuidedPose>& advised) {
   // The person cannot bring it there: the next of the list that is possible.
   constexpr int kOthers = 12;
   for (int i = 0; i < kOthers; ++i)
-    if (hold_listed_pose(project_.views_captured() + i)) return;
+    if (hold_listed_pose(project_.views_captured() + i * projectors_in_turn())) return;
   say("the simulated person finds no pose of this board that camera and projector both cover");
 }
 

@@ -124,7 +124,7 @@ void check_screens(const ShowOptions& options) {
       {is_depth_source(options.surfaces), "surfaces of a depth camera"}};
   for (const auto& [given, name] : needs_one)
     if (given)
-      refuse(std::string("a show with several in one process cannot have: ") + name,
+      refuse(std::string(name) + " is possible with one projector in a process only",
              "leave it out, or start a process for each projector");
 }
 

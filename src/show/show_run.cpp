@@ -17,6 +17,12 @@
 namespace procam::show {
 namespace {
 
+/// Those of the first screen. Throws as check_combination() does.
+ShowOptions checked(const ShowOptions& options) {
+  check_combination(options);
+  return of_first_screen(options);
+}
+
 void require_size(const device::FrameSink& sink, const Projection& projection) {
   require(sink.size() == projection.frame_size(), "show::run: a sink of another size than the projector's");
 }
@@ -27,7 +33,7 @@ ShowRun::ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options,
                  std::vector<device::FrameSink*> sinks)
     : rig_(rig),
       is_calibrated_(is_calibrated),
-      options_((check_combination(options), of_first_screen(options))),
+      options_(checked(options)),
       listener_(listener),
       given_sinks_(std::move(sinks)),
       in_room_(is_depth_source(options.surfaces)),

@@ -22,7 +22,7 @@ using namespace procam;
 
 namespace {
 
-constexpr double kFramesPerSecond = 30, kEnd = 6, kSettled = 1;  // seconds; the filter has to begin
+constexpr double kFramesPerSecond = 30, kEnd = 5, kSettled = 1;  // seconds; the filter has to begin
 constexpr double kCameraDelay = 0.030, kLooking = 0.012, kDisplayDelay = 0.035;
 const Vec2 kPicture(0.6, 0.4);  // metres; the board is a little larger
 
@@ -154,7 +154,7 @@ int main(int argc, char** argv) try {
   const std::array<const char*, 2> names{"where it was seen", "predicted to the light"};
   examples::Spectator spectator;
   spectator.eye.intrinsics = {700, 700, 239.5, 179.5};
-  spectator.room_from_eye = Pose(so3_exp(Vec3(-0.05, 0.12, 0)), Vec3(-0.35, 0.12, 0.4));
+  spectator.room_from_eye = Pose(so3_exp(Vec3(0.06, 0.12, 0)), Vec3(-0.2, 0.12, 0.4));
   examples::SideBySide video(out / "cart.mp4", spectator.eye.size, kFramesPerSecond / 2);
   examples::ErrorPlot plot{"drawn where it was seen", "predicted to the light", {}, {}, {}, {}};
   std::deque<track::StampedPose> under_way;
@@ -182,9 +182,11 @@ int main(int argc, char** argv) try {
                 spectator.view(place, rig.projector().projector, rig.projector().rig_from_projector, frame),
                 is_dark ? "not seen yet" : words);
     }
-    if (k % 2 == 0) video.add();
-    if (const auto seen = camera.sight(camera.image(place, frame, std::uint64_t(k)), light + kCameraDelay))
-      under_way.push_back(*seen);
+    if (k % 2 == 0) {  // 15 images a second
+      video.add();
+      if (const auto seen = camera.sight(camera.image(place, frame, std::uint64_t(k)), light + kCameraDelay))
+        under_way.push_back(*seen);
+    }
     if (light - 10 < kSettled) continue;
     plot.add(light - 10, std::sqrt(errors[0]), std::sqrt(errors[1]));
     for (std::size_t i = 0; i < 2; ++i) sums[i] += errors[i];

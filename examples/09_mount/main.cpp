@@ -22,8 +22,8 @@ using namespace procam;
 
 namespace {
 
-constexpr double kFramesPerSecond = 20, kSettled = 1, kDisplayDelay = 0.04;
-constexpr double kPositionSigma = 0.004, kRotationSigma = 0.15 * kDegree, kLocaliserDelay = 0.08;
+constexpr double kFramesPerSecond = 12, kSettled = 1, kDisplayDelay = 0.04;
+constexpr double kPositionSigma = 0.002, kRotationSigma = 0.05 * kDegree, kLocaliserDelay = 0.08;
 const Vec2 kPoster(0.54, 0.36);  // metres
 
 Rig calibrated_rig() {
@@ -67,7 +67,7 @@ simulate::Drive before_the_wall() {
     increment << 0, 0, turn, ahead, 0, 0;
     return simulate::Leg{increment, seconds, true};
   };
-  return simulate::Drive(Pose(), {leg(0.18, 0.16, 2), leg(-0.3, -0.32, 3), leg(0.12, 0.16, 2)});
+  return simulate::Drive(Pose(), {leg(0.12, 0.1, 2), leg(-0.2, -0.2, 3), leg(0.08, 0.1, 2)});
 }
 
 /// Where the light falls when the robot stands at its start.
@@ -137,7 +137,7 @@ int main(int argc, char** argv) try {
       projection(rig, mount.base_from_rig.pose, mount.time_offset, wall, picture)};
   const std::array<const char*, 2> names{"mount by ruler", "calibrated mount"};
   examples::Spectator spectator;
-  spectator.room_from_eye = wall * Pose(so3_exp(Vec3(0.03, -0.25, 0)), Vec3(0.42, -0.06, -1.75));
+  spectator.room_from_eye = wall * Pose(so3_exp(Vec3(-0.04, -0.25, 0)), Vec3(0.42, -0.06, -1.75));
   examples::SideBySide video(out / "mount.mp4", spectator.eye.size, kFramesPerSecond);
   examples::ErrorPlot plot{"mount by ruler", "mount by calibrate-mount", {}, {}, {}, {}};
   const simulate::Drive drive = before_the_wall();

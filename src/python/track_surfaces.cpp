@@ -27,6 +27,7 @@ void bind_track_surfaces(py::module_& m) {
              "seconds without an image, after which all is open again")
       .field("independent_after", &track::PoseChooserOptions::independent_after,
              "seconds between images whose errors are independent")
+      .field("max_evidence", &track::PoseChooserOptions::max_evidence, "largest chi-square of one image")
       .field("acceleration", &track::PoseChooserOptions::acceleration,
              "what the plane can do, one sigma, m/s^2")
       .field("turn_acceleration", &track::PoseChooserOptions::turn_acceleration, "the same, rad/s^2");

@@ -12,6 +12,9 @@ namespace {
 
 /// A pose that the hinge permits by chance in 1 of 10^6, with 5 degrees of freedom; the rest is another object.
 constexpr double kMaxHingeChi2 = 36;
+/// Odds of a second pose below which it is not considered. Light of the content on a marker biases an image: what it excludes
+/// by itself may be the true pose.
+constexpr double kNoOdds = 1e-6;
 
 bool has_marker_of(const MarkerMap& map, const MarkerDetections& seen) {
   return std::any_of(seen.markers.begin(), seen.markers.end(),
@@ -74,7 +77,10 @@ std::vector<track::StampedPose> SurfaceSights::look_at(const device::SeenFrame& 
 
 track::StampedPose SurfaceSights::sight(std::size_t i, const MarkerDetections& seen, double time) {
   const MarkedSurface& surface = options_.surfaces[i];
-  const track::SurfaceSighting sighting = track::sight_surface(seen, options_.camera, surface.map);
+  track::SightOptions sighting_options;
+  sighting_options.locate.largest_odds = kNoOdds;
+  const track::SurfaceSighting sighting =
+      track::sight_surface(seen, options_.camera, surface.map, sighting_options);
   const std::vector<track::PoseCandidate> candidates =
       surface.hinge ? on_hinge(sighting.poses, *surface.hinge, surface.name) : sighting.poses;
   const track::ChosenPose chosen = choosers_[i].choose(time, candidates);

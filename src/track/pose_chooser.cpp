@@ -15,7 +15,7 @@ using internal::MotionState;
 
 constexpr std::size_t kMaxHypotheses = 4;
 /// Log likelihood of a step that no hypothesis expects: an image that is wrong ends none of them.
-constexpr double kLeastFit = -25;
+constexpr double kMinFit = -25;
 /// Twists that differ by less are one motion: rad/s, m/s.
 constexpr double kSameTurn = 0.1, kSameSpeed = 0.1;
 /// Variance of the twist of a plane that is seen for the first time: (1 rad/s)^2, (0.5 m/s)^2.
@@ -79,6 +79,10 @@ struct PoseChooser::State {
   std::vector<Hypothesis> hypotheses;
   double time = 0;
 
+  double evidence(const PoseCandidate& candidate) const {
+    return std::min(candidate.chi2, options.max_evidence);
+  }
+
   std::vector<Hypothesis> first(const std::vector<PoseCandidate>& candidates) const {
     Vec6 twist2;
     twist2 << Vec3::Constant(kFirstTurn2), Vec3::Constant(kFirstSpeed2);
@@ -87,7 +91,7 @@ struct PoseChooser::State {
       const Mat6 noise = in_plane(candidates[c].pose);
       all.push_back({internal::start_motion(candidates[c].pose.pose, noise, Vec6::Zero(),
                                             Mat6(twist2.asDiagonal()), model),
-                     c, -0.5 * candidates[c].chi2 + half_log_determinant(noise)});
+                     c, -0.5 * evidence(candidates[c]) + half_log_determinant(noise)});
     }
     return all;
   }
@@ -102,10 +106,11 @@ struct PoseChooser::State {
         const double fit = internal::innovation(ahead, candidates[c].pose.pose, noise).log_likelihood +
                            half_log_determinant(noise);
         // A step that is not expected says nothing of the motion before it.
-        const bool goes_on = fit > kLeastFit;
+        const bool goes_on = fit > kMinFit;
         all.push_back({goes_on ? internal::updated_by_pose(ahead, candidates[c].pose.pose, noise)
                                : first({candidates[c]}).front().state,
-                       c, before.log_weight + std::max(fit, kLeastFit) - 0.5 * share * candidates[c].chi2});
+                       c,
+                       before.log_weight + std::max(fit, kMinFit) - 0.5 * share * evidence(candidates[c])});
       }
     }
     return all;
@@ -113,8 +118,8 @@ struct PoseChooser::State {
 };
 
 PoseChooser::PoseChooser(const PoseChooserOptions& options) : state_(std::make_unique<State>()) {
-  require(options.forget_after > 0 && options.independent_after > 0 && options.acceleration > 0 &&
-              options.turn_acceleration > 0,
+  require(options.forget_after > 0 && options.max_evidence > 0 && options.independent_after > 0 &&
+              options.acceleration > 0 && options.turn_acceleration > 0,
           "PoseChooser: times and accelerations must be positive");
   state_->options = options;
   state_->model.walk << Vec3::Constant(2 * kLasts * options.turn_acceleration * options.turn_acceleration),

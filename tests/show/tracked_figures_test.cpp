@@ -138,11 +138,18 @@ int seeds_asked() {
   return text != nullptr ? std::atoi(text) : 5;
 }
 
+/// Is it one of those asked for (CART_ONLY, part of the name)?
+bool is_asked(const char* what) {
+  const char* text = std::getenv("CART_ONLY");
+  return text == nullptr || std::string(what).find(text) != std::string::npos;
+}
+
 TEST(TrackedFigures, CartAtThirtyCentimetresASecond) {
   CartConditions conditions;
   conditions.map = test::two_markers();
   for (const Drive drive :
        {Drive::kStanding, Drive::kStraight, Drive::kToAndFro, Drive::kTurn, Drive::kStops}) {
+    if (!is_asked(name_of(drive))) continue;
     const std::vector<CartRun> runs = runs_of(drive, conditions, seeds_asked(), 6);
     print(name_of(drive), runs);
     for (const CartRun& run : runs) {
@@ -167,6 +174,7 @@ TEST(TrackedFigures, LightOnTheMarkers) {
 
 TEST(TrackedFigures, Variants) {
   const auto look = [](const char* what, Drive drive, const auto& change) {
+    if (!is_asked(what)) return;
     CartConditions conditions;
     conditions.map = test::two_markers();
     change(conditions);
@@ -213,6 +221,7 @@ TEST(TrackedFigures, BeginInTheDark) {
       conditions.search_light = light;
       char what[80];
       std::snprintf(what, sizeof what, "to and fro, ambient %g, search light %d", ambient, light);
+      if (!is_asked(what)) continue;
       print(what, runs_of(Drive::kToAndFro, conditions, std::min(2, seeds_asked()), 5));
     }
 }

@@ -19,7 +19,9 @@ Pose turned(double yaw) {
 PoseCandidate candidate(const Pose& pose, double chi2, double rotation_sigma = 0.02) {
   Vec6 sigma;
   sigma << rotation_sigma, rotation_sigma, 0.2 * rotation_sigma, 0.0005, 0.0006, 0.004;
-  return {{pose, Mat6(sigma.cwiseAbs2().asDiagonal())}, chi2};
+  // Of the rotation about the plane's own origin.
+  const Mat6 into_rig = adjoint(pose);
+  return {{pose, into_rig * Mat6(sigma.cwiseAbs2().asDiagonal()) * into_rig.transpose()}, chi2};
 }
 
 TEST(PoseChooser, OneImageDecidesByItsChiSquares) {

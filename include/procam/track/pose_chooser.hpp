@@ -15,7 +15,7 @@
 /// predicts, y_hc the increment between both. The first factor is the image's own evidence, the others how well the candidate
 /// continues the motion. Hypotheses that end in the same candidate with the same twist are joined; four remain. Errors of
 /// images that follow each other closely are alike: blur, light on the marker. So d_c counts by the share of
-/// `independent_after` that has passed since the image before.
+/// `independent_after` that has passed since the image before, and no image counts more than `max_evidence`.
 ///
 /// This is a Gaussian sum filter (D. Alspach, H. Sorenson, "Nonlinear Bayesian estimation using Gaussian sum
 /// approximations", IEEE TAC 17(4), 1972).
@@ -41,6 +41,7 @@ struct ChosenPose {
 struct PoseChooserOptions {
   double forget_after = 0.5;       ///< seconds without an image, after which all is open again
   double independent_after = 0.1;  ///< seconds between images whose errors are independent
+  double max_evidence = 8;         ///< largest chi-square of one image
   /// What the plane can do, one sigma: m/s^2, rad/s^2.
   double acceleration = 0.5, turn_acceleration = 1.0;
 };

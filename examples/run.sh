@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # See procam work, from nothing on Debian 12 and without any hardware:   examples/run.sh [OUT]
 # Installs missing packages, builds what that takes, simulates the captures of an office projector, calibrates it, solves two
-# surfaces, renders the projector's frame, drives past a wall, and prints the true error in millimetres. Pictures, a
-# video and reports: OUT (out/).
+# surfaces, renders the projector's frame, drives past a wall, corrects a bump, follows a cart, calibrates a mount, and prints
+# the true error in millimetres. Pictures, videos and reports: OUT (out/).
 # PROCAM_PRESET names another configure preset to build and use (quick, which is release by Clang).
 set -euo pipefail
 mkdir -p "${1:-$(dirname "${BASH_SOURCE[0]}")/../out}"
@@ -17,7 +17,7 @@ jobs=$(nproc)
 build() {
   cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" --target \
     simulate-captures calibrate-projector solve-surfaces render-to-image export-warp export-camera section_v \
-    example_03_true_error example_04_drive
+    example_03_true_error example_04_drive example_07_watch example_08_cart example_09_mount
 }
 
 simulate() {
@@ -48,6 +48,12 @@ drive() {
     "$out/drive.mp4" "$out/drive.png"
 }
 
+correct() {
+  "$build/examples/example_07_watch" examples/data/test_card.png "$out"
+  "$build/examples/example_08_cart" examples/data/test_card.png "$out"
+  "$build/examples/example_09_mount" examples/data/test_card.png "$out"
+}
+
 evaluate() {
   "$build/examples/section_v/section_v" --rig "$out/rig.json" --truth "$out/session/truth.json" \
     --report "$out/evaluation.html"
@@ -67,6 +73,7 @@ phase "Render the projector's frame" render
 phase "Export the warp and the camera for other programs" exchange
 phase "Compare with the truth" judge
 phase "Drive past a wall" drive
+phase "Bump a projector, follow a cart, mount a rig on a robot" correct
 phase "Project a sheet's corners on the sheet" evaluate
 
 cat <<END
@@ -77,6 +84,10 @@ In $out:
   frame.png    what the projector shows
   view.png     how it looks in the room
   drive.mp4    a robot drives past a wall: drawn for the newest pose, and for the moment of light
+  watch.mp4    a projector is bumped: alone, and corrected by its camera
+  cart.mp4     a cart moves: its picture where it was seen, and where it is
+  mount.mp4    a robot before a wall: the rig's place on it by ruler, and calibrated by a drive
+  watch_error.svg, cart_error.svg, mount_error.svg  the true error over time
   wall_warp.png, blender_camera.py  the same for programs that draw for themselves
   rig.json, solved.json, session/  the calibrated rig, the solved surfaces, the captures with their truth
 All of it took $SECONDS s.

@@ -81,7 +81,20 @@ photographs() {
     photographs/view_01/frame_01.png "another position of the sheet"
 }
 
-for picture in boards patterns calibration error locate verify photographs; do
+demonstrations() {
+  local examples=$tools/../examples
+  "$examples/example_07_watch" "$data/test_card.png" .
+  "$examples/example_08_cart" "$data/test_card.png" .
+  "$examples/example_09_mount" "$data/test_card.png" .
+  cp watch_error.svg "$images/watch_error.svg"
+  cp cart_error.svg "$images/tracked_error.svg"
+  cp mount_error.svg "$images/mount_error.svg"
+  cp watch.png "$images/watch_corrected.png"
+  cp cart.png "$images/tracked_cart.png"
+  cp mount.png "$images/mount_wall.png"
+}
+
+for picture in boards patterns calibration error locate verify photographs demonstrations; do
   echo "$picture"
   "$picture" >/dev/null
 done

@@ -12,15 +12,11 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "procam/device/video_file.hpp"
-#include "procam/io/image/images.hpp"
+#include "../common/stage.hpp"
 #include "procam/io/rig_file.hpp"
-#include "procam/show/projection.hpp"
 #include "procam/simulate/drive.hpp"
-#include "procam/simulate/room_view.hpp"
 
 using namespace procam;
 
@@ -29,8 +25,7 @@ namespace {
 constexpr double kFramesPerSecond = 25, kLocaliserDelay = 0.08, kDisplayDelay = 0.04;
 constexpr double kSettled = 1;   // seconds of the drive that are not judged: the filter has to begin
 const Vec2 kPoster(0.54, 0.36);  // metres
-constexpr double kTape = 0.012, kGap = 0.03;  // width of the tape, and its distance from the picture, metres
-constexpr ImageSize kView{480, 360};
+constexpr double kGap = 0.03;    // between the picture and the tape, metres
 
 /// Where the projector's light falls when the robot stands at its start, askew by 30 degrees; x right, y
 /// down.
@@ -61,67 +56,28 @@ show::Projection projection(const Rig& rig, const Pose& world_from_wall, const I
   options.track.prediction = prediction;
   options.track.delay = kLocaliserDelay;
   show::Projection projection(rig, options);
-  PlanarSurface poster;
-  poster.frame = "world";
-  poster.frame_from_surface = world_from_wall;
-  poster.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  for (const Vec2& corner : poster.content)
-    poster.points.push_back((corner - Vec2(0.5, 0.5)).cwiseProduct(kPoster));
-  show::Show show;
-  show.surfaces.surfaces = {{"poster", poster, {}, ""}};
-  show.contents = {device::still_content(picture)};
-  projection.set_show(std::move(show));
+  projection.set_show(examples::one_surface("poster", "world", world_from_wall, kPoster, picture));
   return projection;
 }
 
 simulate::Room room(const Pose& world_from_wall) {
   simulate::Room room;
   room.ambient = 0.05;
-  const Vec2 half = 0.5 * kPoster;
-  const auto sheet = [&](const std::string& name, const Vec2& low, const Vec2& high, double albedo) {
-    room.bodies.push_back({name, simulate::Rectangle{low, high}, world_from_wall, albedo});
-  };
-  sheet("wall", {-1.6, -1.0}, {1.6, 0.75}, 0.75);
-  const Vec2 inner = half + Vec2(kGap, kGap), outer = inner + Vec2(kTape, kTape);
-  sheet("tape", -outer, outer, 0.05);
-  sheet("inside", -inner, inner, 0.75);
-  room.bodies.push_back({"floor", simulate::Rectangle{{-2.5, -3}, {2.5, 0}},
-                         world_from_wall * Pose(so3_exp(Vec3(M_PI_2, 0, 0)), Vec3(0, 0.75, 0)), 0.35});
+  room.bodies.push_back(examples::sheet("wall", {-1.6, -1.0}, {1.6, 0.75}, 0.75, world_from_wall));
+  examples::add_tape(room, kPoster, kGap, world_from_wall, 0.75);
+  room.bodies.push_back(
+      examples::sheet("floor", {-2.5, -3}, {2.5, 0}, 0.35,
+                      world_from_wall * Pose(so3_exp(Vec3(M_PI_2, 0, 0)), Vec3(0, 0.75, 0))));
   return room;
 }
 
-/// Where the light meant for these five points lands, on the wall and in its metres.
+/// Of the true light, from where it was meant to be.
 double squared_error(const Rig& truth, const Rig& rig, const Pose& true_world_from_rig,
                      const Pose& drawn_world_from_rig, const Pose& world_from_wall) {
   const RigProjector &lamp = truth.projector(), &model = rig.projector();
-  const Pose drawn = (drawn_world_from_rig * model.rig_from_projector).inverse() * world_from_wall;
-  const Pose real = (true_world_from_rig * lamp.rig_from_projector).inverse() * world_from_wall;
-  double sum = 0;
-  int count = 0;
-  for (const Vec2& unit : {Vec2(-1, -1), Vec2(1, -1), Vec2(1, 1), Vec2(-1, 1), Vec2(0, 0)}) {
-    const Vec2 meant = 0.5 * unit.cwiseProduct(kPoster);
-    const std::optional<Vec2> pixel = model.projector.project(drawn * Vec3(meant.x(), meant.y(), 0));
-    if (!pixel) continue;
-    const std::optional<Ray> ray = lamp.projector.emit(*pixel);
-    if (!ray) continue;
-    const Pose wall_from_projector = real.inverse();
-    const Vec3 from = wall_from_projector * ray->origin,
-               along = wall_from_projector.rotation * ray->direction;
-    const Vec3 spot = from - along * (from.z() / along.z());
-    sum += (spot.head<2>() - meant).squaredNorm();
-    ++count;
-  }
-  if (count == 0)
-    throw Error(ErrorKind::kDegenerate, "the drive", "the poster left the light", "drive less far");
-  return sum / count;
-}
-
-void put(ViewU8 from, ImageU8& into, int at_x, const std::string& caption) {
-  for (int y = 0; y < from.height; ++y)
-    std::copy_n(from.row(y), from.width * 3, into.view().row(y) + 3 * at_x);
-  cv::Mat canvas(into.height(), into.width(), CV_8UC3, into.data());
-  cv::putText(canvas, caption, {at_x + 16, 34}, cv::FONT_HERSHEY_SIMPLEX, 0.62, {255, 255, 255}, 1,
-              cv::LINE_AA);
+  return examples::squared_error(
+      model.projector, (drawn_world_from_rig * model.rig_from_projector).inverse() * world_from_wall,
+      lamp.projector, (true_world_from_rig * lamp.rig_from_projector).inverse() * world_from_wall, kPoster);
 }
 
 }  // namespace
@@ -152,18 +108,11 @@ int main(int argc, char** argv) try {
   int judged = 0;
   double worst = 0;
 
-  Camera eye;
-  eye.size = kView;
-  eye.intrinsics = {920, 920, 239.5, 179.5};
-  const Pose world_from_eye = wall * Pose(so3_exp(Vec3(0.03, -0.25, 0)), Vec3(0.42, -0.06, -1.75));
+  examples::Spectator spectator;
+  spectator.room_from_eye = wall * Pose(so3_exp(Vec3(0.03, -0.25, 0)), Vec3(0.42, -0.06, -1.75));
   const simulate::Room place = room(wall);
-  simulate::RoomViewOptions look;
-  look.colour = true;
-  look.crosstalk = 0;
-  look.gamma = 2.2;
-  look.brightest_grey = 240;
-  ImageU8 frame(truth.projector().projector.size(), 3), both({2 * kView.width, kView.height}, 3);
-  device::VideoFile video(argv[4], both.size(), kFramesPerSecond);
+  ImageU8 frame(truth.projector().projector.size(), 3);
+  examples::SideBySide video(argv[4], spectator.eye.size, kFramesPerSecond);
 
   for (double light = 0.3; light < drive.end_time(); light += 1 / kFramesPerSecond) {
     std::array<double, 2> errors{};
@@ -180,24 +129,19 @@ int main(int argc, char** argv) try {
     for (int i = 0; i < 2; ++i) {
       const show::DrawnFrame drawn = projections[i].draw(light, light, frame);
       errors[i] = squared_error(truth, rig, world_from_rig, drawn.pose.frame_from_child, wall);
-      std::vector<simulate::RoomLight> lamp(1);
-      lamp[0].projector = truth.projector().projector;
-      lamp[0].room_from_projector = world_from_rig * truth.projector().rig_from_projector;
-      lamp[0].frames.push_back(frame);
-      lamp[0].gamma = 2.2;
-      lamp[0].intensity = 4;
-      const simulate::RoomView seen = room_view(place, eye, world_from_eye, lamp, look);
-      look.exposure = seen.exposure;  // one exposure for the whole video
       char caption[64];
       std::snprintf(caption, sizeof caption, "%s: %.0f mm off", i == 0 ? "newest pose" : "predicted pose",
                     1000 * std::sqrt(errors[std::size_t(i)]));
-      put(seen.image(), both, i * kView.width, caption);
+      video.put(i,
+                spectator.view(place, truth.projector().projector,
+                               world_from_rig * truth.projector().rig_from_projector, frame),
+                caption);
     }
-    video.add(both);
+    video.add();
     if (light < kSettled) continue;
     for (int i = 0; i < 2; ++i) sums[i] += errors[i];
     ++judged;
-    if (argc == 6 && errors[0] > worst) io::save_image(argv[5], both);
+    if (argc == 6 && errors[0] > worst) video.save(argv[5]);
     worst = std::max(worst, errors[0]);
   }
   video.finish();

@@ -4,6 +4,7 @@
 #include "procam/track/byte_source.hpp"
 #include "procam/track/clock.hpp"
 #include "procam/track/locate.hpp"
+#include "procam/track/pose_chooser.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/pose_sender.hpp"
 #include "procam/track/pose_source.hpp"

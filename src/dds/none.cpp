@@ -147,6 +147,7 @@ std::string ProjectorPublisher::description() const {
 }
 void ProjectorPublisher::publish_camera_info(const std::string&, const Camera&, double) {}
 void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>&, double) {}
+void ProjectorPublisher::publish_moving_frames(const std::vector<FrameTree::Link>&, double) {}
 void ProjectorPublisher::publish_markers(const std::vector<GraphMarker>&, double) {}
 void ProjectorPublisher::publish_pose(const std::string&, const PoseWithCovariance&, double) {}
 void ProjectorPublisher::publish_health(const DeviceHealth&, double) {}

@@ -31,7 +31,7 @@ std::string topic_token(const std::string& name) {
 struct ProjectorPublisher::Impl {
   internal::GraphNames names;
   internal::Participant participant;
-  dds_entity_t tf_static = 0, markers = 0, pose = 0, diagnostics = 0;
+  dds_entity_t tf_static = 0, tf = 0, markers = 0, pose = 0, diagnostics = 0;
   std::map<std::string, dds_entity_t> camera_info;  ///< by device
 
   static void written(dds_return_t result, const std::string& topic) {
@@ -39,6 +39,8 @@ struct ProjectorPublisher::Impl {
       throw Error(ErrorKind::kDevice, "ROS 2 topic " + topic,
                   std::string("DDS does not take a message: ") + dds_strretcode(result), "check the network");
   }
+  static void write_transforms(dds_entity_t writer, std::vector<FrameTree::Link> links, double unix_time,
+                               const std::string& topic);
   std::string topic(const std::string& device) const {
     return names.resolve(topic_token(device) + "/camera_info");
   }
@@ -62,7 +64,8 @@ std::string ProjectorPublisher::description() const {
   std::string topics;
   for (const auto& [device, writer] : impl_->camera_info) topics += impl_->topic(device) + ", ";
   return impl_->participant.description() + ": publishes " + topics + impl_->names.resolve("/tf_static") +
-         ", " + (impl_->markers > 0 ? impl_->names.resolve("markers") + ", " : "") +
+         ", " + (impl_->tf > 0 ? impl_->names.resolve("/tf") + ", " : "") +
+         (impl_->markers > 0 ? impl_->names.resolve("markers") + ", " : "") +
          (impl_->pose > 0 ? impl_->names.resolve("pose") + ", " : "") + impl_->names.resolve("/diagnostics");
 }
 
@@ -107,9 +110,23 @@ void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>& link
     impl_->tf_static = impl_->participant.create_writer(tf2_msgs_msg_dds__TFMessage__desc, topic,
                                                         internal::Reliability::kReliable,
                                                         internal::Durability::kTransientLocal, 1);
-  std::vector<FrameTree::Link> kept = links;  // C structures point to texts that may be written
+  Impl::write_transforms(impl_->tf_static, links, unix_time, topic);
+}
+
+void ProjectorPublisher::publish_moving_frames(const std::vector<FrameTree::Link>& links, double unix_time) {
+  const std::string topic = impl_->names.resolve("/tf");
+  if (impl_->tf <= 0)
+    impl_->tf = impl_->participant.create_writer(tf2_msgs_msg_dds__TFMessage__desc, topic,
+                                                 internal::Reliability::kReliable,
+                                                 internal::Durability::kVolatile, 100);
+  Impl::write_transforms(impl_->tf, links, unix_time, topic);
+}
+
+/// `links` is a copy: C structures point to texts that may be written.
+void ProjectorPublisher::Impl::write_transforms(dds_entity_t writer, std::vector<FrameTree::Link> links,
+                                                double unix_time, const std::string& topic) {
   std::vector<geometry_msgs_msg_dds__TransformStamped_> transforms;
-  for (FrameTree::Link& link : kept) {
+  for (FrameTree::Link& link : links) {
     geometry_msgs_msg_dds__TransformStamped_ one{};
     one.header.stamp = internal::ros_time(unix_time);
     one.header.frame_id = link.target.data();
@@ -123,7 +140,7 @@ void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>& link
   tf2_msgs_msg_dds__TFMessage_ message{};
   message.transforms._buffer = transforms.data();
   message.transforms._length = message.transforms._maximum = std::uint32_t(transforms.size());
-  Impl::written(dds_write(impl_->tf_static, &message), topic);
+  written(dds_write(writer, &message), topic);
 }
 
 void ProjectorPublisher::publish_markers(const std::vector<GraphMarker>& markers, double unix_time) {

@@ -100,6 +100,7 @@ void bind_metrics(py::module_& m) {
       .field("is_dark", &show::MovingMetrics::is_dark, "in the last frame, since it is not seen")
       .field("sightings", &show::MovingMetrics::sightings, "images with its pose")
       .field("refused", &show::MovingMetrics::refused, "images with markers of it and without a pose")
+      .field("refusal", &show::MovingMetrics::refusal, "why, of the last one")
       .field("losses", &show::MovingMetrics::losses, "times that it was not seen for too long")
       .field("lost_s", &show::MovingMetrics::lost_s, "in all")
       .field("age_s", &show::MovingMetrics::age_s, "from its last pose to the light of the last frame")
@@ -207,7 +208,9 @@ void bind_inputs(py::module_& m) {
       .field("hinges", &show::TrackInput::hinges,
              "By surface: the edge of its content about which it rotates: left, right, top or bottom.")
       .field("marker_light", &show::TrackInput::marker_light,
-             "grey value of the light on the markers, 0..255; -1: the content's");
+             "grey value of the light on the markers, 0..255; -1: search_light, or the content's")
+      .field("search_light", &show::TrackInput::search_light,
+             "grey value of the light around the surfaces while one of these is not seen; 0: none");
 
   Record<show::ScreenOutput> screen_output(
       m, "ScreenOutput", "One of several projectors of the rig in one process, and where its frames go.");

@@ -92,6 +92,9 @@ void bind_locate(py::module_& m) {
              "What the lens adds: d increment / d camera parameters, 6 rows, columns in the order\n"
              "of parameter_names(camera).")
       .field("other", &track::LocateResult::other, "the second pose that fits, if there is one")
+      .field("other_covariance", &track::LocateResult::other_covariance, "its, as `covariance`")
+      .field("other_chi2", &track::LocateResult::other_chi2,
+             "its chi-square above that of the first, scaled as the covariance")
       .field("other_odds", &track::LocateResult::other_odds, "that it is the true one, 0 .. 1/2")
       .field("chi2_per_dof", &track::LocateResult::chi2_per_dof, "about 1 when noise and map are as stated")
       .field("markers", &track::LocateResult::markers, "")

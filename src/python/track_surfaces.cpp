@@ -9,17 +9,41 @@ void bind_track_surfaces(py::module_& m) {
   Record<track::SightOptions>(m, "SightOptions", "")
       .fields_init()
       .field("locate", &track::SightOptions::locate,
-             "`largest_odds`: odds of the second pose above which the previous sighting decides.")
+             "`largest_odds`: of a second pose from which on it is given.")
       .field("max_chi2_per_dof", &track::SightOptions::max_chi2_per_dof,
              "A fit worse than this is refused: light across the edges, another print, or a marker\n"
              "that is no marker.");
+  Record<track::PoseCandidate>(m, "PoseCandidate", "One of the poses that fit an image.")
+      .fields_init()
+      .field("pose", &track::PoseCandidate::pose, "")
+      .field("chi2", &track::PoseCandidate::chi2, "above that of the best candidate");
+  Record<track::ChosenPose>(m, "ChosenPose", "")
+      .fields_init()
+      .field("index", &track::ChosenPose::index, "of the candidate")
+      .field("odds", &track::ChosenPose::odds, "that another one is the true one, 0 .. 1");
+  Record<track::PoseChooserOptions>(m, "PoseChooserOptions", "")
+      .fields_init()
+      .field("forget_after", &track::PoseChooserOptions::forget_after,
+             "seconds without an image, after which all is open again")
+      .field("independent_after", &track::PoseChooserOptions::independent_after,
+             "seconds between images whose errors are independent")
+      .field("max_evidence", &track::PoseChooserOptions::max_evidence, "largest chi-square of one image")
+      .field("acceleration", &track::PoseChooserOptions::acceleration,
+             "what the plane can do, one sigma, m/s^2")
+      .field("turn_acceleration", &track::PoseChooserOptions::turn_acceleration, "the same, rad/s^2");
+  Record<track::PoseChooser>(
+      m, "PoseChooser", "Which of two similar poses of a plane is the true one, from a sequence of images.")
+      .init([](const track::PoseChooserOptions& options) { return track::PoseChooser(options); },
+            py::arg_v("options", track::PoseChooserOptions{}, "PoseChooserOptions()"))
+      .method("choose", &track::PoseChooser::choose, "The most probable of an image's candidates.",
+              py::arg("time"), py::arg("candidates"));
   Record<track::SurfaceSighting>(m, "SurfaceSighting", "")
       .fields_init()
-      .field("rig_from_surface", &track::SurfaceSighting::rig_from_surface, "")
+      .field("poses", &track::SurfaceSighting::poses,
+             "rig_from_surface of one or two poses that fit, the best first")
       .field("row", &track::SurfaceSighting::row,
              "mean image row of the corners of the markers used, pixels: a rolling shutter's time")
       .field("markers", &track::SurfaceSighting::markers, "used")
-      .field("by_previous", &track::SurfaceSighting::by_previous, "the image alone left two poses")
       .field("chi2_per_dof", &track::SurfaceSighting::chi2_per_dof, "of the fit");
   Record<track::Hinge>(m, "Hinge", "A surface that rotates about a fixed axis: a door.")
       .fields_init()
@@ -37,10 +61,9 @@ void bind_track_surfaces(py::module_& m) {
              "Of what the hinge does not permit, 5 degrees of freedom: large where the axis is wrong,\n"
              "or the surface another one.");
   function(m, "sight_surface", &track::sight_surface,
-           "The pose of a surface that carries markers, from one image. Throws what locate() throws;\n"
-           "Error(kDegenerate) as well where two poses fit and the previous one does not decide, and\n"
-           "for a fit beyond `max_chi2_per_dof`.",
-           py::arg("detections"), py::arg("camera"), py::arg("map"), py::arg("previous") = py::none(),
+           "The poses of a surface that carries markers, from one image. Throws what locate() throws,\n"
+           "but for a second pose; Error(kDegenerate) for a fit beyond `max_chi2_per_dof`.",
+           py::arg("detections"), py::arg("camera"), py::arg("map"),
            py::arg_v("options", track::SightOptions{}, "SightOptions()"));
   function(m, "on_hinge", &track::on_hinge, "The pose on the hinge that is nearest to the one seen.",
            py::arg("rig_from_seen"), py::arg("hinge"));

@@ -44,6 +44,7 @@ json to_json(const MovingMetrics& moving) {
           {"dark", moving.is_dark},
           {"sightings", moving.sightings},
           {"refused", moving.refused},
+          {"refusal", moving.refusal},
           {"losses", moving.losses},
           {"lost_s", finite(moving.lost_s)},
           {"age_ms", finite(1e3 * moving.age_s)},

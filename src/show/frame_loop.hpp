@@ -108,6 +108,7 @@ class FrameLoop {
   void tell_state();
   /// Surfaces that are seen, lost and seen again.
   void tell_moving(double now);
+  void gather_sights(const SurfaceSights::Surface& seen);
   void publish(double now);
   void gather_counts();
 

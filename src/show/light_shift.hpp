@@ -16,5 +16,12 @@ std::optional<Vec2> content_centre(const PlacedPlane& plane);
 /// nullopt where no light can be: the plane is edge-on.
 std::optional<Mat3> light_shift(const PlacedPlane& plane, const Pose& world_from_projector,
                                 const Mat6& covariance);
+/// The same at a point of the plane, metres.
+std::optional<Mat3> light_shift(const PlacedPlane& plane, const Vec2& point, const Pose& world_from_projector,
+                                const Mat6& covariance);
+
+/// Mean square shift over the corners of the content, metres^2; of an increment xi with the covariance xi xi^T. 0 where no light
+/// can be.
+double mean_square_shift(const PlacedPlane& plane, const Pose& world_from_projector, const Mat6& covariance);
 
 }  // namespace procam::show

@@ -160,14 +160,25 @@ void FrameLoop::publish(double now) {
   published_ = now;
 }
 
+void FrameLoop::gather_sights(const SurfaceSights::Surface& seen) {
+  for (MovingMetrics& told : metrics_.moving) {
+    if (told.surface != seen.name) continue;
+    // The reason why it is dark although its markers are there.
+    if (seen.refused > told.refused && told.state != track::to_string(track::TrackState::kFresh) &&
+        told.refusal != seen.why)
+      say("'" + told.surface + "' is not placed: " + seen.why);
+    told.sightings = seen.sightings;
+    told.refused = seen.refused;
+    told.refusal = seen.why;
+  }
+}
+
 void FrameLoop::gather_counts() {
   gathered_ = device::now_s();
   metrics_.malformed = 0;
   for (const track::PoseSource* source : parts_.sources) metrics_.malformed += source->status().malformed;
   if (parts_.sights != nullptr)
-    for (const SurfaceSights::Surface& seen : parts_.sights->surfaces())
-      for (MovingMetrics& told : metrics_.moving)
-        if (told.surface == seen.name) told.sightings = seen.sightings, told.refused = seen.refused;
+    for (const SurfaceSights::Surface& seen : parts_.sights->surfaces()) gather_sights(seen);
   parts_.other_faults(metrics_.faults);
   if (parts_.page == nullptr) return;
   const PageFaults faults = parts_.page->faults();

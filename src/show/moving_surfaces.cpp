@@ -40,7 +40,11 @@ MovingSurfaces::MovingSurfaces(const MovingOptions& options, bool blank_on_stale
     : options_(options), blank_on_stale_(blank_on_stale) {
   require(options.marker_light >= -1 && options.marker_light <= 255,
           "MovingOptions: marker_light is a grey value, or -1");
-  light_value_ = std::uint8_t(std::max(0, options.marker_light));
+  require(options.search_light >= 0 && options.search_light <= 255,
+          "MovingOptions: search_light is a grey value");
+  marker_light_ =
+      options.marker_light < 0 && options.search_light > 0 ? options.search_light : options.marker_light;
+  light_value_ = std::uint8_t(std::max(0, marker_light_));
   for (const MovingSurface& what : options.surfaces) {
     require(!what.surfaces.empty(), "MovingSurface: no surface is named");
     track::TrackOptions track = options.track;
@@ -82,7 +86,7 @@ void MovingSurfaces::take(const SurfaceSet& set) {
 
 void MovingSurfaces::add(const track::StampedPose& message) {
   for (Body& body : bodies_)
-    if (body.what.surfaces.front() == message.child) body.track.add(message);
+    if (body.what.surfaces.front() == message.child) body.track.add(message), body.is_sighted = true;
 }
 
 void MovingSurfaces::place(double light_time, const Pose& rig_from_projector, SolvedSurfaceSet& solved) {
@@ -104,14 +108,35 @@ void MovingSurfaces::place(double light_time, const Pose& rig_from_projector, So
       auto* plane = std::get_if<PlacedPlane>(&placement);
       if (plane == nullptr) continue;
       plane->projector_from_surface = moved;
-      if (const auto shift = light_shift(*plane, rig_from_projector, state.seen.covariance))
-        state.error = std::max(state.error, std::sqrt(std::max(0.0, shift->trace())));
+      judge(bodies_[body.body], *plane, rig_from_projector, state);
     }
+    bodies_[body.body].is_sighted = false;
+    if (state.seen.state == track::TrackState::kFresh)
+      bodies_[body.body].check.predicted(light_time, state.seen);
   }
 }
 
+/// The error of a plane surface, from the covariance of the newest pose and what predictions have added to it before.
+void MovingSurfaces::judge(Body& body, const PlacedPlane& plane, const Pose& rig_from_projector,
+                           MovingState& state) const {
+  if (body.is_sighted) body.check.compare(body.track, plane, rig_from_projector);
+  body.is_sighted = false;  // one plane of the body is enough
+  const Mat6 known = body.track.at(body.track.newest_time()).covariance;
+  const double of_known = mean_square_shift(plane, rig_from_projector, known);
+  const double added = mean_square_shift(plane, rig_from_projector, state.seen.covariance) - of_known;
+  const double square = of_known + body.check.ratio() * std::max(0.0, added);
+  state.error = std::max(state.error, std::sqrt(std::max(0.0, square)));
+}
+
+std::uint8_t MovingSurfaces::search_light() const {
+  const bool all_seen = std::all_of(states_.begin(), states_.end(), [](const MovingState& state) {
+    return state.seen.state == track::TrackState::kFresh;
+  });
+  return all_seen ? 0 : std::uint8_t(options_.search_light);
+}
+
 void MovingSurfaces::light_markers(const std::vector<SurfaceLight>& light, Scene& scene) const {
-  if (options_.marker_light < 0) return;
+  if (marker_light_ < 0) return;
   for (const Shown& body : shown_) {
     if (std::none_of(body.members.begin(), body.members.end(),
                      [&](const Member& member) { return light[member.surface] == SurfaceLight::kShown; }))

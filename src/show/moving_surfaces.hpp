@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "prediction_check.hpp"
 #include "procam/core/surface/scene.hpp"
 #include "procam/show/projection.hpp"
 
@@ -20,6 +21,8 @@ class MovingSurfaces {
   void place(double light_time, const Pose& rig_from_projector, SolvedSurfaceSet& solved);
   const std::vector<MovingState>& states() const { return states_; }
   int dark_count() const { return dark_count_; }
+  /// Grey value of the light that looks for bodies, in the frame that was placed last.
+  std::uint8_t search_light() const;
   /// Of the surface of this number: does it move on its own, and is it dark?
   bool moves(std::size_t surface) const { return body_of_[surface] >= 0; }
   bool is_dark(std::size_t surface) const {
@@ -32,6 +35,8 @@ class MovingSurfaces {
   struct Body {
     MovingSurface what;
     track::PoseTrack track;
+    PredictionCheck check = {};
+    bool is_sighted = false;  ///< since the last frame
   };
   struct Member {
     std::size_t surface = 0;
@@ -44,6 +49,8 @@ class MovingSurfaces {
     Pose projector_from_first;
   };
 
+  void judge(Body& body, const PlacedPlane& plane, const Pose& rig_from_projector, MovingState& state) const;
+
   MovingOptions options_;
   bool blank_on_stale_;
   std::vector<Body> bodies_;
@@ -51,6 +58,7 @@ class MovingSurfaces {
   std::vector<MovingState> states_;
   std::vector<int> body_of_;  ///< one a surface: number in shown_, -1: none
   int dark_count_ = 0;
+  int marker_light_ = -1;
   std::uint8_t light_value_ = 0;
 };
 

@@ -325,7 +325,9 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
           std::max(drawn.pose_error,
                    rms_of_light(*plane, s.solved.projector_from_world->inverse(), drawn.pose.covariance));
   }
-  if (s.scene.items.empty()) {
+  const std::uint8_t search_light = drawn.blanked ? 0 : s.moving.search_light();
+  std::fill(std::begin(s.scene.background), std::end(s.scene.background), search_light);
+  if (s.scene.items.empty() && search_light == 0) {
     drawn.blanked = drawn.blanked || drawn.waiting;
     make_black(frame);
     return drawn;

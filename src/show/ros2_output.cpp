@@ -6,17 +6,24 @@
 #include "graph_markers.hpp"
 #include "light_shift.hpp"
 #include "procam/core/base/clock.hpp"
+#include "run_options.hpp"
 
 namespace procam::show {
 namespace {
 
-constexpr double kStatusPeriod = 1;  // seconds
+constexpr double kStatusPeriod = 1, kMovingPeriod = 1 / 30.0;  // seconds
 
 bool are_equal(const std::vector<FrameTree::Link>& a, const std::vector<FrameTree::Link>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& one, const auto& other) {
     return one.target == other.target && one.source == other.source &&
            one.target_from_source.pose.matrix() == other.target_from_source.pose.matrix();
   });
+}
+
+std::optional<Pose> projector_from(const Placement& placement) {
+  if (const auto* plane = std::get_if<PlacedPlane>(&placement)) return plane->projector_from_surface;
+  if (const auto* mesh = std::get_if<PlacedMesh>(&placement)) return mesh->projector_from_surface;
+  return std::nullopt;
 }
 
 double unix_now() {
@@ -31,7 +38,10 @@ Ros2Output::Ros2Output(const ShowOptions& options, const Rig& rig, const Pose& b
       rig_(rig),
       base_from_rig_(base_from_rig),
       world_from_rig_(world_from_rig),
-      publisher_(options.publish) {}
+      publisher_(options.publish) {
+  if (!options.track) return;
+  for (const auto& [names, markers] : options.track->surfaces) tracked_.push_back(split_names(names));
+}
 
 std::vector<FrameTree::Link> Ros2Output::frames(const Projection& projection) const {
   std::vector<FrameTree::Link> links;
@@ -56,9 +66,35 @@ std::vector<FrameTree::Link> Ros2Output::frames(const Projection& projection) co
   const std::string projector = publisher_.frame(shown);
   for (const Surface& surface : projection.show().surfaces.surfaces) {
     const InRoom* place = place_of(surface.geometry);
-    if (place == nullptr) continue;
+    if (place == nullptr || is_tracked(surface.name)) continue;
     const std::string& parent = place->frame == "rig" ? rig : place->frame == "projector" ? projector : world;
     if (!parent.empty()) add(parent, publisher_.frame("surfaces/" + surface.name), place->frame_from_surface);
+  }
+  return links;
+}
+
+bool Ros2Output::is_tracked(const std::string& surface) const {
+  return std::any_of(tracked_.begin(), tracked_.end(), [&](const std::vector<std::string>& body) {
+    return std::find(body.begin(), body.end(), surface) != body.end();
+  });
+}
+
+std::vector<FrameTree::Link> Ros2Output::moving_frames(const Projection& projection) const {
+  std::vector<FrameTree::Link> links;
+  for (const MovingState& state : projection.moving()) {
+    if (state.seen.state != track::TrackState::kFresh) continue;
+    const auto body = std::find_if(tracked_.begin(), tracked_.end(),
+                                   [&](const auto& names) { return names.front() == state.surface; });
+    for (const SolvedSurface& surface : projection.solved().surfaces) {
+      if (body == tracked_.end() ||
+          std::find(body->begin(), body->end(), surface.surface.name) == body->end())
+        continue;
+      const std::optional<Pose> placed = projector_from(surface.placement);
+      if (placed)
+        links.push_back({publisher_.frame("rig"),
+                         publisher_.frame("surfaces/" + surface.surface.name),
+                         {projection.rig_from_projector() * *placed, Mat6::Zero()}});
+    }
   }
   return links;
 }
@@ -138,6 +174,11 @@ void Ros2Output::publish_pose(const track::StampedPose& message, double delay) {
 
 void Ros2Output::publish(const Projection& projection, const Metrics& metrics) {
   const double now = steady_now();
+  if (!tracked_.empty() && now >= moved_ + kMovingPeriod) {
+    moved_ = now;
+    const std::vector<FrameTree::Link> moving = moving_frames(projection);
+    if (!moving.empty()) publisher_.publish_moving_frames(moving, unix_now() + options_.delay_s);
+  }
   if (now < published_ + kStatusPeriod) return;
   published_ = now;
   const RigProjector& projector = rig_.projector(options_.projector);

@@ -1,6 +1,6 @@
 #pragma once
 /// What a running show says of its projector in the ROS 2 graph: CameraInfo and its health each second, and the static
-/// frames of the rig and the surfaces whenever they change.
+/// frames of the rig and the surfaces whenever they change. Tracked surfaces are moving frames, 30 times a second.
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,8 +28,10 @@ class Ros2Output {
   void publish_pose(const track::StampedPose& message, double delay);
   std::string description() const { return publisher_.description(); }
 
-  /// Frames with their parents; those of moving poses need a pose that has come.
+  /// Static frames with their parents; those of moving poses need a pose that has come.
   std::vector<FrameTree::Link> frames(const Projection& projection) const;
+  /// Those of the tracked surfaces that are seen, in the rig, at the light of the last frame.
+  std::vector<FrameTree::Link> moving_frames(const Projection& projection) const;
 
  private:
   const ShowOptions& options_;
@@ -37,10 +39,14 @@ class Ros2Output {
   Pose base_from_rig_;
   std::optional<Pose> world_from_rig_;
   dds::ProjectorPublisher publisher_;
+  bool is_tracked(const std::string& surface) const;
   dds::DeviceHealth health(const Projection& projection, const Metrics& metrics);
 
-  Metrics before_;           ///< at the last publication
+  Metrics before_;  ///< at the last publication
+  /// Names of tracked surfaces, the first one of each body before those that move with it.
+  std::vector<std::vector<std::string>> tracked_;
   double published_ = -1e9;  ///< steady time of the last CameraInfo
+  double moved_ = -1e9;      ///< of the last moving frames
   std::vector<FrameTree::Link> frames_;
 };
 

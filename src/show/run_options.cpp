@@ -65,9 +65,9 @@ std::uint64_t rig_fingerprint(const Rig& rig) {
 /// What is tracked, beyond the surfaces file.
 std::string track_text(const ShowOptions& options) {
   if (!options.track) return "";
-  char text[80];
-  std::snprintf(text, sizeof text, ", tracked with delay %g s, marker light %d", options.track->delay_s,
-                options.track->marker_light);
+  char text[112];
+  std::snprintf(text, sizeof text, ", tracked with delay %g s, marker light %d, search light %d",
+                options.track->delay_s, options.track->marker_light, options.track->search_light);
   std::string words = text;
   for (const auto& [surfaces, markers] : options.track->surfaces)
     words += ", " + surfaces + " by " +
@@ -85,6 +85,7 @@ MovingOptions moving_options(const ShowOptions& options, const track::TrackOptio
   moving.track.stale_after = of_poses.stale_after;
   moving.track.delay = options.track->delay_s;
   moving.marker_light = options.track->marker_light;
+  moving.search_light = options.track->search_light;
   return moving;
 }
 

@@ -75,12 +75,15 @@ static void fields(io::Fields& f, TrackInput& track) {
   f.map("surfaces", track.surfaces);
   if (f.reading() ? f.has("hinges") : !track.hinges.empty()) f.map("hinges", track.hinges);
   field_or(f, "marker_light", track.marker_light, TrackInput().marker_light);
+  field_or(f, "search_light", track.search_light, TrackInput().search_light);
   f.check(track.delay_s >= 0 && track.delay_s <= limits::kDelayS, "delay_s", "no camera is that late",
           "give seconds, e.g. 0.05");
   f.check(track.readout_s >= 0 && track.readout_s <= limits::kDelayS, "readout_s", "no camera is that slow",
           "give seconds, e.g. 0.02");
   f.check(track.marker_light >= -1 && track.marker_light <= 255, "marker_light", "it is not from 0 to 255",
           "give a grey value, or -1 for the light of the content");
+  f.check(track.search_light >= 0 && track.search_light <= 255, "search_light", "it is not from 0 to 255",
+          "give a grey value, or 0 for none");
 }
 
 static void fields(io::Fields& f, BlendSettings& blend) {

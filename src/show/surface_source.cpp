@@ -12,17 +12,38 @@ namespace {
 
 /// A pose that the hinge permits by chance in 1 of 10^6, with 5 degrees of freedom; the rest is another object.
 constexpr double kMaxHingeChi2 = 36;
+/// Odds of a second pose below which it is not considered. Light of the content on a marker biases an image: what it excludes
+/// by itself may be the true pose.
+constexpr double kNoOdds = 1e-6;
 
 bool has_marker_of(const MarkerMap& map, const MarkerDetections& seen) {
   return std::any_of(seen.markers.begin(), seen.markers.end(),
                      [&](const SeenMarker& marker) { return map.find(marker.id) != nullptr; });
 }
 
+/// The poses that a hinge permits, on it. What it does not permit adds to their chi-square.
+std::vector<track::PoseCandidate> on_hinge(const std::vector<track::PoseCandidate>& seen,
+                                           const track::Hinge& hinge, const std::string& name) {
+  std::vector<track::PoseCandidate> permitted;
+  double nearest = -1;
+  for (const track::PoseCandidate& candidate : seen) {
+    const track::HingedPose hinged = track::on_hinge(candidate.pose, hinge);
+    if (nearest < 0 || hinged.chi2 < nearest) nearest = hinged.chi2;
+    if (hinged.chi2 <= kMaxHingeChi2)
+      permitted.push_back({hinged.rig_from_surface, candidate.chi2 + hinged.chi2});
+  }
+  if (permitted.empty())
+    throw Error(
+        ErrorKind::kDegenerate, "surface '" + name + "'",
+        "it is not where its hinge permits it: " + fixed(std::sqrt(nearest), 1) + " standard deviations",
+        "correct the place of the closed surface in the surfaces file, or its markers");
+  return permitted;
+}
+
 }  // namespace
 
 SurfaceSights::SurfaceSights(const SurfaceSourceOptions& options) : options_(options) {
-  require(options.readout_s >= 0 && options.previous_within >= 0,
-          "SurfaceSights: readout_s and previous_within must not be negative");
+  require(options.readout_s >= 0, "SurfaceSights: readout_s must not be negative");
   for (const MarkedSurface& surface : options.surfaces) {
     counts_.push_back({surface.name, 0, 0, ""});
     const MarkerDictionary dictionary = surface.map.dictionary;
@@ -30,7 +51,7 @@ SurfaceSights::SurfaceSights(const SurfaceSourceOptions& options) : options_(opt
     dictionaries_.push_back(dictionary);
     cells_.push_back(detect::marker_cells(dictionary));
   }
-  previous_.resize(options.surfaces.size());
+  choosers_.resize(options.surfaces.size());
 }
 
 std::vector<track::StampedPose> SurfaceSights::look_at(const device::SeenFrame& frame) {
@@ -56,21 +77,18 @@ std::vector<track::StampedPose> SurfaceSights::look_at(const device::SeenFrame& 
 
 track::StampedPose SurfaceSights::sight(std::size_t i, const MarkerDetections& seen, double time) {
   const MarkedSurface& surface = options_.surfaces[i];
-  std::optional<Pose> previous;
-  if (previous_[i] && time - previous_[i]->time <= options_.previous_within)
-    previous = previous_[i]->rig_from_surface;
-  const track::SurfaceSighting sighting = track::sight_surface(seen, options_.camera, surface.map, previous);
-  PoseWithCovariance pose = sighting.rig_from_surface;
-  if (surface.hinge) {
-    const track::HingedPose hinged = track::on_hinge(pose, *surface.hinge);
-    if (hinged.chi2 > kMaxHingeChi2)
-      throw Error(ErrorKind::kDegenerate, "surface '" + surface.name + "'",
-                  "it is not where its hinge permits it: " + fixed(std::sqrt(hinged.chi2), 1) +
-                      " standard deviations",
-                  "correct the place of the closed surface in the surfaces file, or its markers");
-    pose = hinged.rig_from_surface;
-  }
-  previous_[i] = Previous{pose.pose, time};
+  track::SightOptions sighting_options;
+  sighting_options.locate.largest_odds = kNoOdds;
+  const track::SurfaceSighting sighting =
+      track::sight_surface(seen, options_.camera, surface.map, sighting_options);
+  const std::vector<track::PoseCandidate> candidates =
+      surface.hinge ? on_hinge(sighting.poses, *surface.hinge, surface.name) : sighting.poses;
+  const track::ChosenPose chosen = choosers_[i].choose(time, candidates);
+  if (chosen.odds > options_.largest_odds)
+    throw Error(ErrorKind::kDegenerate, "surface '" + surface.name + "'",
+                "two poses fit its markers, tilted one way and the other, and no image decides",
+                "put a second marker on it, larger ones, or the camera nearer; light the markers evenly");
+  const PoseWithCovariance& pose = candidates[chosen.index].pose;
   const double rows = std::max(1, options_.camera.camera.size.height - 1);
   track::StampedPose message;
   message.arrival = time + options_.readout_s * (sighting.row / rows - 0.5);

@@ -5,7 +5,8 @@
 ///
 /// Each image in which the markers of a surface are seen gives the message
 ///   rig_from_surface,   frame "rig", child the surface's name,
-/// with the covariance of the sighting (track/sight_surface.hpp). It has no stamp: the delay from the exposure of the
+/// with the covariance of the sighting (track/sight_surface.hpp). Of two poses that fit an image, the earlier images choose
+/// (track/pose_chooser.hpp); where they do not decide, there is no message. The message has no stamp: the delay from the exposure of the
 /// image's middle row to its arrival is TrackOptions::delay. A rolling shutter exposes row y later than the middle one by
 /// (y / (height - 1) - 1/2) readout; the message's arrival is later by that.
 #include <cstdint>
@@ -32,8 +33,8 @@ struct SurfaceSourceOptions {
   RigCamera camera;
   std::vector<MarkedSurface> surfaces;
   double readout_s = 0;  ///< from the exposure of the first row to that of the last; 0: all at once
-  /// An earlier sighting decides between two similar poses for so long, seconds.
-  double previous_within = 0.5;
+  /// Odds of the other of two poses from which on neither is taken.
+  double largest_odds = 0.05;
 };
 
 /// From images to messages, without a thread.
@@ -52,16 +53,12 @@ class SurfaceSights {
   const std::vector<Surface>& surfaces() const { return counts_; }
 
  private:
-  struct Previous {
-    Pose rig_from_surface;
-    double time = 0;
-  };
   track::StampedPose sight(std::size_t i, const MarkerDetections& seen, double time);
 
   SurfaceSourceOptions options_;
   std::vector<MarkerDictionary> dictionaries_;  ///< each once
   std::vector<MarkerCells> cells_;              ///< of each
-  std::vector<std::optional<Previous>> previous_;
+  std::vector<track::PoseChooser> choosers_;    ///< one a surface
   std::vector<Surface> counts_;
 };
 

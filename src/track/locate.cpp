@@ -148,6 +148,11 @@ std::vector<State> minima(const Problem& problem, const std::vector<Pose>& start
 /// not show that they are twice as large (the mean of a scaled inverse chi-square prior).
 constexpr double kBelief = 8;
 
+Mat6 covariance_of(const State& state, double scale) {
+  const Mat6 covariance = scale * Cholesky(state.information).inverse();
+  return 0.5 * (covariance + covariance.transpose());
+}
+
 /// What to do about two poses, for the view at hand.
 std::string against_second_pose(const Problem& problem, const Pose& camera_from_world) {
   double steepest = 0;
@@ -179,8 +184,10 @@ void weigh_second(const std::vector<State>& states, double scale, const Problem&
   const Vec6 between = se3_log(states[1].camera_from_world * states[0].camera_from_world.inverse());
   constexpr double kFiveSigmas2 = 25;
   if (between.dot(states[0].information * between) < kFiveSigmas2 * scale) return;
-  const double ratio = std::exp(-0.5 * (states[1].cost - states[0].cost) / scale);
+  result.other_chi2 = (states[1].cost - states[0].cost) / scale;
+  const double ratio = std::exp(-0.5 * result.other_chi2);
   result.other = states[1].camera_from_world;
+  result.other_covariance = covariance_of(states[1], scale);
   result.other_odds = ratio / (1 + ratio);
   const double degrees = between.head<3>().norm() / kDegree;
   const std::string next = against_second_pose(problem, states[0].camera_from_world);
@@ -256,8 +263,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
   result.chi2_per_dof = best.cost / freedom;
   const double scale = std::max(1.0, (best.cost + kBelief) / (freedom + kBelief));
   weigh_second(states, scale, problem, options, result);
-  result.covariance = scale * Cholesky(best.information).inverse();
-  result.covariance = 0.5 * (result.covariance + result.covariance.transpose()).eval();
+  result.covariance = covariance_of(best, scale);
   result.jacobian_lens = sensitivity_to_lens(problem, best);
 
   list_markers(problem, all, agrees, best, result);

@@ -7,28 +7,11 @@
 #include "procam/core/geometry/se3.hpp"
 
 namespace procam::track {
-namespace {
-
-double rotation_between_poses(const Pose& a, const Pose& b) {
-  return a.rotation.angularDistance(b.rotation);
-}
-
-/// Of the two poses of an image the one near the previous one; nullopt where that does not decide.
-std::optional<Pose> nearer_pose(const LocateResult& located, const Pose& camera_from_previous) {
-  const double best = rotation_between_poses(located.camera_from_world, camera_from_previous),
-               other = rotation_between_poses(*located.other, camera_from_previous);
-  if (best < 0.5 * other) return located.camera_from_world;
-  if (other < 0.5 * best) return *located.other;
-  return std::nullopt;
-}
-
-}  // namespace
 
 SurfaceSighting sight_surface(const MarkerDetections& detections, const RigCamera& camera,
-                              const MarkerMap& map, const std::optional<Pose>& previous,
-                              const SightOptions& options) {
+                              const MarkerMap& map, const SightOptions& options) {
   LocateOptions locating = options.locate;
-  locating.largest_odds = 1;  // decided below
+  locating.largest_odds = 1;  // both are given
   const LocateResult located = locate(detections, camera.camera, map, locating);
   SurfaceSighting sighting;
   sighting.chi2_per_dof = located.chi2_per_dof;
@@ -37,20 +20,15 @@ SurfaceSighting sight_surface(const MarkerDetections& detections, const RigCamer
         ErrorKind::kDegenerate, "markers of a surface",
         "their edges miss the fit by " + fixed(std::sqrt(located.chi2_per_dof), 1) + " standard deviations",
         "check the sizes and places of the markers, that they are flat, and the light on them");
-  Pose camera_from_surface = located.camera_from_world;
-  if (located.other && located.other_odds > options.locate.largest_odds) {
-    const std::optional<Pose> nearer =
-        previous ? nearer_pose(located, camera.rig_from_camera.inverse() * *previous) : std::nullopt;
-    if (!nearer)
-      throw Error(ErrorKind::kDegenerate, "markers of a surface",
-                  "two poses fit equally well, tilted one way and the other",
-                  "put a second marker on the surface, larger ones, or the camera nearer");
-    camera_from_surface = *nearer;
-    sighting.by_previous = true;
-  }
-  sighting.rig_from_surface =
-      compose({camera.rig_from_camera, Mat6::Zero()}, {camera_from_surface, located.covariance});
-  sighting.rig_from_surface.pose = sighting.rig_from_surface.pose.normalized();
+  const auto add = [&](const Pose& camera_from_surface, const Mat6& covariance, double chi2) {
+    PoseCandidate& candidate = sighting.poses.emplace_back();
+    candidate.pose = compose({camera.rig_from_camera, Mat6::Zero()}, {camera_from_surface, covariance});
+    candidate.pose.pose = candidate.pose.pose.normalized();
+    candidate.chi2 = chi2;
+  };
+  add(located.camera_from_world, located.covariance, 0);
+  if (located.other && located.other_odds > options.locate.largest_odds)
+    add(*located.other, located.other_covariance, located.other_chi2);
   int corners = 0;
   for (const LocatedMarker& used : located.markers) {
     if (!used.used) continue;

@@ -17,6 +17,10 @@ const Explanation* cause_of(const WatchReport& report, const CorrectionOptions& 
   // What a rig that moved would do to one surface's light, that surface does alone: of the two it is the surface.
   const auto is_surface = [](const Explanation* one) { return one->thing == MovedThing::kSurface; };
   const auto is_rig = [](const Explanation* one) { return one->thing == MovedThing::kRig; };
+  const auto projector = std::find_if(causes.begin(), causes.end(), [](const Explanation* one) {
+    return one->thing == MovedThing::kProjector;
+  });
+  if (options.surfaces && report.is_drift && projector != causes.end()) return *projector;
   bool is_only_one = report.state == WatchState::kMoved;
   if (options.surfaces && std::any_of(causes.begin(), causes.end(), is_surface)) {
     causes.erase(std::remove_if(causes.begin(), causes.end(), is_rig), causes.end());
@@ -63,7 +67,8 @@ Correction correction_of(const WatchReport& report, const RigProjector& projecto
       out.projector.rig_from_projector =
           (se3_exp<double>(cause->moved) * projector.rig_from_projector).normalized();
     out.sentence = "corrected: " + cause->name + " rotated by " + fixed(degrees, 2) + " deg and moved by " +
-                   mm(cause->shift, 1) + ", the light was off by " + mm(cause->error, 1);
+                   mm(cause->shift, 1) + ", the light was off by " + mm(cause->error, 1) +
+                   (report.is_drift ? " and has drifted there" : "");
   }
   return out;
 }

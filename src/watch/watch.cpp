@@ -64,7 +64,8 @@ const char* to_string(WatchState state) {
 
 Watch::Watch(const RigCamera& camera, const RigProjector& projector, const WatchOptions& options)
     : camera_(camera), projector_(projector), options_(options) {
-  require(options.window > 0 && options.false_alarms_a_week > 0 && options.smallest_error >= 0,
+  require(options.window > 0 && options.false_alarms_a_week > 0 && options.smallest_error >= 0 &&
+              options.max_drift_step >= 0,
           "Watch: options out of range");
   window_limit_ = std::min(0.1, options.false_alarms_a_week * options.window / kWeek);
   place({});
@@ -97,6 +98,8 @@ void Watch::end_alarm() {
   start_ = Vec2::Zero();
   moved_windows_ = calm_windows_ = 0;
   is_alarm_ = false;
+  has_jumped_ = false;
+  last_moved_.setZero();
   estimate_.reset();
 }
 
@@ -142,8 +145,22 @@ void Watch::end_window(double time) {
   calm_windows_ = moved ? 0 : calm_windows_ + 1;
   if (moved_windows_ >= kAlarmWindows) is_alarm_ = true;
   if (calm_windows_ >= kAlarmWindows) is_alarm_ = false;
+  look_for_jump(estimate);
   window_time_ = time;
   estimate_ = std::move(estimate);
+}
+
+void Watch::look_for_jump(const MovementEstimate& estimate) {
+  for (const Explanation& one : estimate.explanations) {
+    if (one.thing != MovedThing::kProjector) continue;
+    const Vec6 step = one.moved - last_moved_;
+    double square = 0;
+    for (const LitCell& cell : geometry_.cells) square += (cell.by_projector() * step).squaredNorm();
+    has_jumped_ = has_jumped_ ||
+                  square > double(geometry_.cells.size()) * options_.max_drift_step * options_.max_drift_step;
+    if (!is_alarm_ && moved_windows_ == 0 && one.error < options_.smallest_error) has_jumped_ = false;
+    last_moved_ = one.moved;
+  }
 }
 
 /// What the image shows, if it cannot be used for a measurement.
@@ -200,6 +217,7 @@ WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
   // A slow camera or computer lengthens the window.
   if (time - window_begin_ >= options_.window && window_images_ >= kMinImages) end_window(time);
   report.is_alarm = is_alarm_;
+  report.is_drift = is_alarm_ && !has_jumped_;
   report.window_time = window_time_;
   report.estimate = estimate_;
   if (lost)

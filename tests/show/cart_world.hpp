@@ -41,7 +41,7 @@ struct CartConditions {
   Vec2 board{0.6, 0.4};   ///< metres; the content fills it
   MarkerMap map;          ///< in its frame
   double ambient = 0.05;  ///< the projector's full light at the cart is 0.2
-  int marker_light = -1;
+  int marker_light = -1, search_light = 0;
   double exposure = 0.008, readout = 0, latency = 0.030, looking = 0.012, delay = 0.035;  ///< seconds
   double arrival_jitter = 0.001;  ///< seconds, uniform
   std::optional<track::Hinge> hinge = {};
@@ -230,6 +230,7 @@ inline CartRun CartWorld::run(double seconds, const ImageU8& content) {
   options.moving.track.delay = conditions_.latency;
   options.moving.track.prediction = conditions_.prediction;
   options.moving.marker_light = conditions_.marker_light;
+  options.moving.search_light = conditions_.search_light;
   render::RenderOptions rendering;
   rendering.threads = 1;
   rendering.filter = render::Filter::kBilinear;

@@ -10,6 +10,7 @@
 #include "live_world.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/image/images.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/show/run.hpp"
 #include "procam/simulate/marker_view.hpp"
@@ -189,6 +190,41 @@ TEST(MovingSurfaces, TheirMarkersAreLitEvenly) {
   EXPECT_EQ(at(0.95).first, at(0.95).second);
 }
 
+TEST(MovingSurfaces, ASearchLightShinesUntilAllAreSeen) {
+  ProjectionOptions options = tracking({"cart"});
+  options.moving.search_light = 90;
+  options.blank_on_stale = true;
+  Projection projection(small_rig(), options);
+  projection.set_show(show_of({in_rig("cart", cart_place()), pixel_area("sign")}));
+  ImageU8 before = frame_of(projection, 100);
+  EXPECT_EQ(before.at(0, 0), 90) << "around the surfaces";
+  Projection dark(small_rig(), tracking({"cart"}));
+  dark.set_show(show_of({in_rig("cart", cart_place()), pixel_area("sign")}));
+  const ImageU8 without = frame_of(dark, 100);
+  EXPECT_EQ(without.at(0, 0), 0);
+  int shown = 0, changed = 0;  // the border of a surface is mixed with what is around it
+  for (int y = 0; y < without.height(); ++y)
+    for (int x = 0; x < without.width(); ++x)
+      if (without.at(x, y) > 0) ++shown, changed += before.at(x, y) != without.at(x, y);
+  EXPECT_GT(shown, 1000);
+  EXPECT_LT(changed, shown / 10) << "other surfaces are shown as ever";
+
+  projection.add_sighting(sighting(100, cart_place()));
+  const ImageU8 seen = frame_of(projection, 100);
+  EXPECT_EQ(seen.at(0, 0), 0);
+  const Pose projector_from_marker = small_rig().projector().rig_from_projector.inverse() * cart_place() *
+                                     options.moving.surfaces[0].markers.markers[0].world_from_marker;
+  const Vec2 middle = *projection.projector().project(projector_from_marker * Vec3(0, 0, 0));
+  EXPECT_EQ(seen.at(int(std::lround(middle.x())), int(std::lround(middle.y()))), 90)
+      << "markers that are found stay lit";
+  EXPECT_EQ(frame_of(projection, 102).at(0, 0), 90) << "lost";
+
+  // Alone, and not while the pose of the rig is stale.
+  Projection alone(small_rig(), options);
+  alone.set_show(show_of({in_rig("cart", cart_place())}));
+  EXPECT_EQ(frame_of(alone, 100).at(5, 7), 90);
+}
+
 TEST(MovingSurfaces, ARunIsShownAgain) {
   test::Scratch folder;
   const ProjectionOptions options = tracking({"cart"});
@@ -327,11 +363,21 @@ class CartShow : public ShowListener {
   std::atomic<int> state{0};
 };
 
-TEST(MovingSurfaces, AShowFollowsThemAndReplays) {
+/// Mean absolute difference of two frames, grey levels.
+double difference(const ImageU8& a, const ImageU8& b) {
+  double sum = 0;
+  for (int y = 0; y < a.height(); ++y)
+    for (int x = 0; x < a.width(); ++x)
+      for (int c = 0; c < 3; ++c) sum += std::abs(int(a.at(x, y, c)) - int(b.at(x, y, c)));
+  return sum / (3.0 * a.width() * a.height());
+}
+
+/// With a hinge the surface file has the closed place, and the surface is seen open.
+void follow_and_replay(const Surface& cart_in_file, const Pose& rig_from_cart, const std::string& hinge) {
   test::Scratch folder;
   const Rig rig = rig_with_camera();
   io::save_image(folder / "content.png", colourful(61, 47, 0));
-  Surface cart = in_rig("cart", Pose(Eigen::Quaterniond::Identity(), Vec3(0, 0, 4)));
+  Surface cart = cart_in_file;
   cart.content = "content.png";
   SurfaceSet set;
   set.surfaces = {cart};
@@ -347,6 +393,14 @@ TEST(MovingSurfaces, AShowFollowsThemAndReplays) {
   TrackInput& track = options.track.emplace();
   track.camera = "watch:" + (folder / "camera").string();
   track.surfaces = {{"cart", "apriltag_36h11:5:120mm"}};
+  if (!hinge.empty()) {
+    MarkerMap beside_axis;
+    beside_axis.dictionary = MarkerDictionary::kAprilTag36h11;
+    beside_axis.markers = {marker_at(5, 0.12, Vec3(0.4, 0.2, 0))};
+    io::save_marker_map(folder / "markers.json", beside_axis);
+    track.surfaces["cart"] = (folder / "markers.json").string();
+    track.hinges["cart"] = hinge;
+  }
   const MarkerMap map = projection_options(options, rig).moving.surfaces.at(0).markers;
   const MarkerCells cells = detect::marker_cells(map.dictionary);
 
@@ -359,14 +413,13 @@ TEST(MovingSurfaces, AShowFollowsThemAndReplays) {
       const bool is_gone = i > 12 && listener.state > 0;
       if (is_gone && listener.state == 2) break;
       if (!is_gone) last = screen.last();
-      const Pose rig_from_surface = cart_place() * Pose(Eigen::Quaterniond::Identity(), Vec3(0.25, 0.2, 0));
       simulate::MarkerViewOptions view;
       view.seed = std::uint64_t(i);
       const ImageU8 image =
           is_gone ? ImageU8(640, 480, 1, 90)
                   : simulate::marker_view(rig.camera().camera,
-                                          rig.camera().rig_from_camera.inverse() * rig_from_surface,
-                                          map.markers, cells, view);
+                                          rig.camera().rig_from_camera.inverse() * rig_from_cart, map.markers,
+                                          cells, view);
       const auto part = folder / "part.png";
       io::save_image(part, image);
       std::filesystem::rename(part, folder / "camera" / ("image_" + std::to_string(1000 + i) + ".png"));
@@ -385,7 +438,10 @@ TEST(MovingSurfaces, AShowFollowsThemAndReplays) {
   EXPECT_NE(listener.events.find("'cart': its markers are not seen; it is dark until"), std::string::npos);
   const ImageU8 dark = screen.last();
   EXPECT_EQ(fingerprint(dark), fingerprint(ImageU8(dark.size(), 3)));
-  EXPECT_NE(fingerprint(last), fingerprint(ImageU8(dark.size(), 3)));
+  EXPECT_LT(difference(last, frame_of({in_rig("cart", rig_from_cart)})),
+            0.2 * difference(last, frame_of({in_rig("cart", rig_from_cart * Pose(so3_exp(Vec3(0, 0.2, 0)),
+                                                                                 Vec3(0.03, 0, 0)))})))
+      << "the content lies on it";
 
   ShowOptions again = options;
   again.record.clear();
@@ -395,6 +451,19 @@ TEST(MovingSurfaces, AShowFollowsThemAndReplays) {
   EXPECT_EQ(replayed.equal, replayed.frames);
   EXPECT_GT(replayed.frames, 15u);
   EXPECT_EQ(events.events, "");
+}
+
+TEST(MovingSurfaces, AShowFollowsThemAndReplays) {
+  // The place in the file has no meaning; the marker is the surface's frame.
+  follow_and_replay(in_rig("cart", Pose(Eigen::Quaterniond::Identity(), Vec3(0, 0, 4))),
+                    cart_place() * Pose(Eigen::Quaterniond::Identity(), Vec3(0.25, 0.2, 0)), "");
+}
+
+TEST(MovingSurfaces, AShowFollowsADoorOnItsHinge) {
+  // The left edge of its content, as wall() has it.
+  const Vec3 axis = Vec3(-0.03, 0.4, 0).normalized();
+  follow_and_replay(in_rig("cart", cart_place()),
+                    cart_place() * Pose(so3_exp(Vec3(-0.5 * axis)), Vec3::Zero()), "left");
 }
 
 }  // namespace

@@ -21,9 +21,9 @@ Pose board_at(const Vec3& middle, double yaw, const Vec3& tilt) {
   return rig_from_middle * Pose(Eigen::Quaterniond::Identity(), Vec3(-0.3, -0.2, 0));
 }
 
-enum class Drive { kStanding, kStraight, kToAndFro, kTurn, kStops };
+enum class Drive { kStanding, kStraight, kToAndFro, kTurn, kStops, kDoor };
 const char* name_of(Drive drive) {
-  static const char* const names[] = {"standing", "straight", "to and fro", "turn", "stops"};
+  static const char* const names[] = {"standing", "straight", "to and fro", "turn", "stops", "door"};
   return names[int(drive)];
 }
 
@@ -33,16 +33,25 @@ double eased(double x) {
   return x * x * x * (10 - 15 * x + 6 * x * x);
 }
 
+double phase_of(std::uint64_t seed) {
+  return 2 * M_PI * drawn(seed, 15);
+}
+/// A time at which the door of a seed is closed.
+double door_closed_at(std::uint64_t seed) {
+  return -phase_of(seed) / 1.2;
+}
+
 CartWorld::Path path_of(Drive drive, std::uint64_t seed) {
   const double side = drawn(seed, 11) < 0.5 ? -1 : 1, far = 2.1 + 0.3 * drawn(seed, 12),
                up = 0.1 * (drawn(seed, 13) - 0.5), yaw = 0.5 * (drawn(seed, 14) - 0.5),
-               phase = 2 * M_PI * drawn(seed, 15);
+               phase = phase_of(seed);
   const Vec3 tilt(0.1 * (drawn(seed, 16) - 0.5), 0, 0.1 * (drawn(seed, 17) - 0.5));
   return [=](double t) {
     Vec3 middle(0.1 * side, up, far);
     double turn = yaw;
     switch (drive) {
       case Drive::kStanding:
+      case Drive::kDoor:
         break;
       case Drive::kStraight:  // 0.3 m/s, nearly along the wall
         middle += side * (t - 2.5) * 0.3 * Vec3(0.98, 0, 0.2);
@@ -63,8 +72,18 @@ CartWorld::Path path_of(Drive drive, std::uint64_t seed) {
         break;
       }
     }
-    return board_at(middle, turn, tilt);
+    const Pose place = board_at(middle, turn, tilt);
+    if (drive != Drive::kDoor) return place;
+    // About its left edge: up to 0.5 rad and 0.6 rad/s.
+    return place * Pose(so3_exp(Vec3(0, 0.5 * std::sin(1.2 * t + phase), 0)), Vec3::Zero());
   };
+}
+
+/// That of a door whose closed place and axis are known exactly.
+track::Hinge hinge_of_door(std::uint64_t seed) {
+  track::Hinge hinge;
+  hinge.rig_from_closed = path_of(Drive::kDoor, seed)(door_closed_at(seed));
+  return hinge;
 }
 
 void print(const char* what, const std::vector<CartRun>& runs) {
@@ -98,11 +117,19 @@ ImageU8 film() {
   return watch::test::picture(watch::test::Content::kVideo, 0.5, 1);
 }
 
+int first_seed() {
+  const char* text = std::getenv("CART_FIRST");
+  return text != nullptr ? std::atoi(text) : 1;
+}
+
 std::vector<CartRun> runs_of(Drive drive, const CartConditions& conditions, int seeds, double seconds) {
   std::vector<CartRun> runs;
-  for (int seed = 1; seed <= seeds; ++seed)
+  for (int seed = first_seed(); seed < first_seed() + seeds; ++seed) {
+    CartConditions of_seed = conditions;
+    if (drive == Drive::kDoor && conditions.hinge) of_seed.hinge = hinge_of_door(std::uint64_t(seed));
     runs.push_back(
-        CartWorld(conditions, path_of(drive, std::uint64_t(seed)), std::uint64_t(seed)).run(seconds, film()));
+        CartWorld(of_seed, path_of(drive, std::uint64_t(seed)), std::uint64_t(seed)).run(seconds, film()));
+  }
   return runs;
 }
 
@@ -111,11 +138,18 @@ int seeds_asked() {
   return text != nullptr ? std::atoi(text) : 5;
 }
 
+/// Is it one of those asked for (CART_ONLY, part of the name)?
+bool is_asked(const char* what) {
+  const char* text = std::getenv("CART_ONLY");
+  return text == nullptr || std::string(what).find(text) != std::string::npos;
+}
+
 TEST(TrackedFigures, CartAtThirtyCentimetresASecond) {
   CartConditions conditions;
   conditions.map = test::two_markers();
   for (const Drive drive :
        {Drive::kStanding, Drive::kStraight, Drive::kToAndFro, Drive::kTurn, Drive::kStops}) {
+    if (!is_asked(name_of(drive))) continue;
     const std::vector<CartRun> runs = runs_of(drive, conditions, seeds_asked(), 6);
     print(name_of(drive), runs);
     for (const CartRun& run : runs) {
@@ -140,6 +174,7 @@ TEST(TrackedFigures, LightOnTheMarkers) {
 
 TEST(TrackedFigures, Variants) {
   const auto look = [](const char* what, Drive drive, const auto& change) {
+    if (!is_asked(what)) return;
     CartConditions conditions;
     conditions.map = test::two_markers();
     change(conditions);
@@ -152,10 +187,43 @@ TEST(TrackedFigures, Variants) {
   look("one marker of 120 mm, turn", Drive::kTurn, [](CartConditions& c) { c.map = test::one_marker(0.12); });
   look("one marker of 60 mm, to and fro", Drive::kToAndFro,
        [](CartConditions& c) { c.map = test::one_marker(0.06); });
+  for (const Drive drive : {Drive::kStanding, Drive::kStraight, Drive::kTurn})
+    for (const int light : {-1, 200}) {
+      const std::string what =
+          std::string("one marker of 60 mm, ") + name_of(drive) + ", light " + std::to_string(light);
+      look(what.c_str(), drive,
+           [light](CartConditions& c) { c.map = test::one_marker(0.06), c.marker_light = light; });
+    }
+  look("one marker of 60 mm, to and fro, light 200", Drive::kToAndFro,
+       [](CartConditions& c) { c.map = test::one_marker(0.06), c.marker_light = 200; });
+  for (const double size : {0.06, 0.12})
+    for (const bool is_hinged : {false, true}) {
+      const std::string what =
+          "door, one marker of " + std::to_string(int(1e3 * size)) + " mm" + (is_hinged ? ", hinge" : "");
+      look(what.c_str(), Drive::kDoor, [=](CartConditions& c) {
+        c.map = test::one_marker(size);
+        if (is_hinged) c.hinge.emplace();
+      });
+    }
   look("rolling shutter of 20 ms, to and fro", Drive::kToAndFro, [](CartConditions& c) { c.readout = 0.02; });
   look("exposure of 16 ms, to and fro", Drive::kToAndFro, [](CartConditions& c) { c.exposure = 0.016; });
   look("covered for 0.4 s, to and fro", Drive::kToAndFro,
        [](CartConditions& c) { c.covered = [](double t) { return t > 2 && t < 2.4; }; });
+}
+
+/// In the dark, with and without a light that looks for the markers.
+TEST(TrackedFigures, BeginInTheDark) {
+  for (const double ambient : {0.01, 0.002, 0.0})
+    for (const int light : {0, 30, 90, 200}) {
+      CartConditions conditions;
+      conditions.map = test::two_markers();
+      conditions.ambient = ambient;
+      conditions.search_light = light;
+      char what[80];
+      std::snprintf(what, sizeof what, "to and fro, ambient %g, search light %d", ambient, light);
+      if (!is_asked(what)) continue;
+      print(what, runs_of(Drive::kToAndFro, conditions, std::min(2, seeds_asked()), 5));
+    }
 }
 
 /// Images of shows without any marker: how often is one seen, of any id?

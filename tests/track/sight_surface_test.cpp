@@ -48,12 +48,13 @@ TEST(SightSurface, PlacesItInTheRig) {
     const SurfaceSighting seen =
         sight_surface(seen_at(camera, map, camera_from_surface, std::uint64_t(i)), camera, map);
     const Pose truth = camera.rig_from_camera * camera_from_surface;
-    const Vec6 off = se3_log(Pose(truth * seen.rig_from_surface.pose.inverse()));
+    ASSERT_EQ(seen.poses.size(), 1u);
+    const PoseWithCovariance& found = seen.poses[0].pose;
+    const Vec6 off = se3_log(Pose(truth * found.pose.inverse()));
     // Chi-square of 6: below 30 but for 1 pose of 25 000; three are looked at, with fixed seeds.
-    EXPECT_LT(off.dot(seen.rig_from_surface.covariance.ldlt().solve(off)), 30) << i;
-    EXPECT_LT((seen.rig_from_surface.pose.translation - truth.translation).norm(), 0.01);
+    EXPECT_LT(off.dot(found.covariance.ldlt().solve(off)), 30) << i;
+    EXPECT_LT((found.pose.translation - truth.translation).norm(), 0.01);
     EXPECT_EQ(seen.markers, 1);
-    EXPECT_FALSE(seen.by_previous);
     const Vec2 middle =
         *camera.camera.project(camera_from_surface * map.markers[0].world_from_marker.translation);
     EXPECT_NEAR(seen.row, middle.y(), 3);
@@ -74,31 +75,34 @@ MarkerDetections corners_at(const RigCamera& camera, const MarkerMap& map, const
   return {camera.camera.size, {marker}, {}};
 }
 
-/// The two poses of a small marker far away; what was seen before decides.
-TEST(SightSurface, ThePreviousPoseDecidesBetweenTwo) {
+/// A small marker far away has two poses, each with its covariance.
+TEST(SightSurface, BothPosesThatFitAreGiven) {
   const RigCamera camera = lopsided_camera();
   const MarkerMap map = marker_of(0.08);
   const Pose camera_from_surface(so3_exp(Vec3(0.03, 0.3, 0.1)), Vec3(0.05, -0.03, 2.6));
   const Pose truth = camera.rig_from_camera * camera_from_surface;
-  EXPECT_FALSE(sight_surface(corners_at(camera, map, camera_from_surface, 0.01), camera, map).by_previous);
-  const MarkerDetections seen = corners_at(camera, map, camera_from_surface, 0.3);
-  EXPECT_ERROR(sight_surface(seen, camera, map), kDegenerate, "two poses");
-  const Pose previous = truth * Pose(so3_exp(Vec3(0.02, -0.03, 0.01)), Vec3(0.003, 0.002, 0.001));
-  const SurfaceSighting decided = sight_surface(seen, camera, map, previous);
-  EXPECT_TRUE(decided.by_previous);
-  EXPECT_LT(decided.rig_from_surface.pose.rotation.angularDistance(truth.rotation), 0.01);
-  // The other one, where that was the pose before.
-  LocateOptions both;
-  both.largest_odds = 1;
-  const LocateResult located = locate(seen, camera.camera, map, both);
-  ASSERT_TRUE(located.other);
-  const Pose other = camera.rig_from_camera * *located.other;
+  EXPECT_EQ(sight_surface(corners_at(camera, map, camera_from_surface, 0.01), camera, map).poses.size(), 1u);
+  const SurfaceSighting seen = sight_surface(corners_at(camera, map, camera_from_surface, 0.3), camera, map);
+  ASSERT_EQ(seen.poses.size(), 2u);
+  EXPECT_EQ(seen.poses[0].chi2, 0);
+  EXPECT_GT(seen.poses[1].chi2, 0);
+  EXPECT_LT(seen.poses[1].chi2, 2 * std::log(19)) << "odds of 5 %";
+  EXPECT_LT(seen.poses[0].pose.pose.rotation.angularDistance(truth.rotation), 0.01);
+  const Pose& other = seen.poses[1].pose.pose;
   EXPECT_GT(other.rotation.angularDistance(truth.rotation), 0.3);
-  const SurfaceSighting mirrored = sight_surface(seen, camera, map, other);
-  EXPECT_LT(mirrored.rig_from_surface.pose.rotation.angularDistance(other.rotation), 1e-6);
-  // A previous one between the two decides nothing.
-  const Pose between(truth.rotation.slerp(0.5, other.rotation), truth.translation);
-  EXPECT_ERROR(sight_surface(seen, camera, map, between), kDegenerate, "two poses");
+  // As well known as the first, where it is.
+  const double ratio =
+      seen.poses[1].pose.covariance.determinant() / seen.poses[0].pose.covariance.determinant();
+  EXPECT_GT(ratio, 0.01);
+  EXPECT_LT(ratio, 100);
+  // What was seen before decides.
+  PoseChooser chooser;
+  const Pose before = truth * Pose(so3_exp(Vec3(0.002, -0.003, 0.001)), Vec3(0.003, 0.002, 0.001));
+  chooser.choose(10, {{{before, seen.poses[0].pose.covariance}, 0}});
+  EXPECT_LT(chooser.choose(10.03, seen.poses).odds, 0.01);
+  PoseChooser mirrored;
+  mirrored.choose(10, {{{other, seen.poses[1].pose.covariance}, 0}});
+  EXPECT_EQ(mirrored.choose(10.03, seen.poses).index, 1u);
 }
 
 TEST(SightSurface, AFitThatMissesTheEdgesIsRefused) {

@@ -8,6 +8,7 @@
 #include <ctime>
 #include <random>
 
+#include "procam/watch/correction.hpp"
 #include "watched_world.hpp"
 
 namespace procam::watch {
@@ -188,6 +189,45 @@ TEST(WatchFigures, Timeline) {
       }
     alarm = -1;
   }
+}
+
+/// A lamp warms up: the projector rotates by PROCAM_WATCH_DRIFT thousandths of a pixel a minute (1000), and what is found is
+/// corrected, of a rig that stands still. How far is the light off at worst?
+TEST(WatchFigures, Drift) {
+  const int seeds = number_of("PROCAM_WATCH_SEEDS", 3), first = number_of("PROCAM_WATCH_FIRST", 0);
+  const double rate = 1e-3 * number_of("PROCAM_WATCH_DRIFT", 1000) / 1490 / 60;  // radians a second
+  for (const Content content : contents())
+    for (int seed = first; seed < first + seeds; ++seed) {
+      LongRun run(world_of(content, seed, seed % 2 == 1, true));
+      CorrectionOptions allowed;
+      allowed.surfaces = true;
+      int corrections = 0, of_surfaces = 0, alarms = 0, not_drift = 0;
+      double worst = 0, stepped = 0;
+      while (run.time < number_of("PROCAM_WATCH_SECONDS", 90)) {
+        if (run.time - stepped > 4) {
+          run.world.projector_moved.head<3>() += (run.time - stepped) * rate * Vec3(0.6, -0.8, 0);
+          stepped = run.time;
+        }
+        const WatchReport report = run.next();
+        worst = std::max(worst, true_error(run.watch, run.world, run.options));
+        alarms += report.is_alarm, not_drift += report.is_alarm && !report.is_drift;
+        const Correction correction = correction_of(report, run.watch.projector(), allowed);
+        if (!correction.is_possible()) continue;
+        ++corrections;
+        if (!correction.surface.empty()) {
+          ++of_surfaces;
+          run.watch.correct(correction.surface, correction.moved);
+          continue;
+        }
+        run.watch.correct(correction.projector, correction.covariance);
+        run.world.believed_rig_from_projector = correction.projector.rig_from_projector;
+      }
+      std::printf(
+          "drift,%s,%d,%s,%.1f s,%d corrections,%d of surfaces,%d alarm images,%d of them no drift,worst %.2f mm\n",
+          name_of(content), seed, seed % 2 == 1 ? "corner" : "wall", run.time, corrections, of_surfaces,
+          alarms, not_drift, 1e3 * worst);
+      std::fflush(stdout);
+    }
 }
 
 /// Nothing moves: probabilities of windows.

@@ -208,8 +208,14 @@ void declare_track(CLI::App& app, show::ShowOptions& o) {
       ->needs(camera);
   app.add_option_function<int>(
          "--marker-light", [track](int value) { track().marker_light = value; },
-         "Grey value of the light on these markers, 0 to 255 (default: the content)")
+         "Grey value of the light on these markers, 0 to 255 (default: that of --search-light, else the content)")
       ->check(CLI::Range(0, 255))
+      ->needs(camera);
+  app.add_option_function<int>(
+         "--search-light", [track](int value) { track().search_light = value; },
+         "Grey value of the light around the surfaces while a tracked one is not seen, 1 to 255: for dark rooms "
+         "(default: none)")
+      ->check(CLI::Range(1, 255))
       ->needs(camera);
 }
 

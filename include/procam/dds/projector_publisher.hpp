@@ -9,6 +9,7 @@
 /// |---|---|---|
 /// | NAMESPACE/PROJECTOR/camera_info | sensor_msgs/CameraInfo | reliable, transient local |
 /// | /tf_static | tf2_msgs/TFMessage | reliable, transient local |
+/// | /tf | tf2_msgs/TFMessage | reliable, volatile |
 /// | NAMESPACE/markers | visualization_msgs/MarkerArray | reliable, transient local |
 /// | NAMESPACE/pose | geometry_msgs/PoseWithCovarianceStamped | reliable, volatile |
 /// | /diagnostics | diagnostic_msgs/DiagnosticArray | reliable, volatile |
@@ -69,6 +70,9 @@ class PROCAM_EXPORT ProjectorPublisher {
   /// The static frames: for each link its source frame in its target frame, the parent. They replace those from before;
   /// a late joiner gets the newest. Throws Error(kDevice).
   void publish_frames(const std::vector<FrameTree::Link>& links, double unix_time);
+
+  /// Frames that move, at the time of the message: links as above. Throws Error(kDevice).
+  void publish_moving_frames(const std::vector<FrameTree::Link>& links, double unix_time);
 
   /// They replace those from before; a late joiner gets the newest. Throws Error(kDevice).
   void publish_markers(const std::vector<GraphMarker>& markers, double unix_time);

@@ -52,6 +52,7 @@ struct MovingMetrics {
   bool is_dark = true;          ///< in the last frame, since it is not seen
   std::uint64_t sightings = 0;  ///< images with its pose
   std::uint64_t refused = 0;    ///< images with markers of it and without a pose
+  std::string refusal;          ///< why, of the last one
   std::uint64_t losses = 0;     ///< times that it was not seen for too long
   double lost_s = 0;            ///< in all
   double age_s = 0;             ///< from its last pose to the light of the last frame

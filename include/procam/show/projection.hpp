@@ -73,6 +73,9 @@ struct MovingOptions {
   /// Grey value of the light on each marker and a border of a quarter of its side, instead of the content's; -1: the
   /// content's.
   int marker_light = -1;
+  /// Grey value of all light around the surfaces while one of them is not seen, so that its markers are found in the dark;
+  /// 0: none. With it the default of `marker_light` is this value: markers that are found stay lit.
+  int search_light = 0;
 };
 
 /// Of a MovingSurface in the frame drawn last.

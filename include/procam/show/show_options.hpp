@@ -65,7 +65,9 @@ struct TrackInput {
   /// By surface, of those that rotate about an edge of their content: left, right, top or bottom. The surface file has
   /// the place at the angle 0.
   std::map<std::string, std::string> hinges;
-  int marker_light = -1;  ///< grey value of the light on the markers, 0..255; -1: the content's
+  int marker_light =
+      -1;  ///< grey value of the light on the markers, 0..255; -1: search_light, or the content's
+  int search_light = 0;  ///< grey value of the light around the surfaces while one of these is not seen
 };
 
 /// One of several projectors of the rig that this process drives, and where its frames go.

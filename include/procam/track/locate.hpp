@@ -52,9 +52,12 @@ struct LocateResult {
   /// What the lens adds: d increment / d camera parameters, 6 rows, columns in the order of
   /// parameter_names(camera).
   MatX jacobian_lens;
-  std::optional<Pose> other;  ///< the second pose that fits, if there is one
-  double other_odds = 0;      ///< that it is the true one, 0 .. 1/2
-  double chi2_per_dof = 0;    ///< about 1 when noise and map are as stated
+  std::optional<Pose> other;             ///< the second pose that fits, if there is one
+  Mat6 other_covariance = Mat6::Zero();  ///< its, as `covariance`
+  double other_chi2 = 0;                 ///< its chi-square above that of the first, scaled as the covariance
+  double other_odds =
+      0;  ///< that it is the true one, 0 .. 1/2: exp(-other_chi2 / 2) / (1 + exp(-other_chi2 / 2))
+  double chi2_per_dof = 0;  ///< about 1 when noise and map are as stated
   std::vector<LocatedMarker> markers;
   Diagnostics diagnostics;
 };

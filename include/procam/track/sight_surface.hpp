@@ -1,45 +1,43 @@
 #pragma once
 /// Where a surface is that carries markers: a cart, a door, a parcel, from one image of a camera of the rig.
 ///
-///   const SurfaceSighting seen = sight_surface(detections, rig.camera(), map, previous);
+///   const SurfaceSighting seen = sight_surface(detections, rig.camera(), map);
 ///   seen.rig_from_surface;      // with its covariance, for a PoseTrack
 ///
 /// The map has the markers in the surface's frame (its "world" is the surface). The pose is that of locate.hpp, in the rig:
 ///   rig_from_surface = rig_from_camera * camera_from_surface
 ///
-/// A plane far away has two poses that look alike. locate() refuses both where the odds do not decide. A surface that was
-/// seen before decides: the pose is taken whose rotation from the previous one is less than half of the other's.
-#include <optional>
+/// A plane far away has two poses that look alike. Both are given with their chi-squares; what was seen before decides
+/// (pose_chooser.hpp), and so does a hinge.
+#include <vector>
 
 #include "procam/core/base/export.hpp"
 #include "procam/core/board/marker.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/track/locate.hpp"
+#include "procam/track/pose_chooser.hpp"
 
 namespace procam::track {
 
 struct SightOptions {
-  /// `largest_odds`: odds of the second pose above which the previous sighting decides.
-  LocateOptions locate;
+  LocateOptions locate;  ///< `largest_odds`: of a second pose from which on it is given
   /// A fit worse than this is refused: light across the edges, another print, or a marker that is no marker. Edges miss it
   /// by the root of it, in standard deviations.
   double max_chi2_per_dof = 100;
 };
 
 struct SurfaceSighting {
-  PoseWithCovariance rig_from_surface;
+  /// rig_from_surface of one or two poses that fit, the best first.
+  std::vector<PoseCandidate> poses;
   double row = 0;   ///< mean image row of the corners of the markers used, pixels: a rolling shutter's time
   int markers = 0;  ///< used
-  bool by_previous = false;  ///< the image alone left two poses
-  double chi2_per_dof = 0;   ///< of the fit
+  double chi2_per_dof = 0;  ///< of the fit
 };
 
-/// Throws what locate() throws; Error(kDegenerate) as well where two poses fit and the previous one does not decide, and for
-/// a fit beyond `max_chi2_per_dof`.
+/// Throws what locate() throws, but for a second pose; Error(kDegenerate) for a fit beyond `max_chi2_per_dof`.
 PROCAM_EXPORT SurfaceSighting sight_surface(const MarkerDetections& detections, const RigCamera& camera,
-                                            const MarkerMap& map, const std::optional<Pose>& previous = {},
-                                            const SightOptions& options = {});
+                                            const MarkerMap& map, const SightOptions& options = {});
 
 /// A surface that rotates about a fixed axis: a door. At the angle a, right-handed about `direction`,
 ///   rig_from_surface(a) = rig_from_closed * exp(hat(a [d, p x d])),    p `point`, d `direction`

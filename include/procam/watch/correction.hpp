@@ -7,7 +7,9 @@
 ///     Glide glide(rig_from_projector, correction.projector.rig_from_projector, correction.error, now);
 ///   }                                              // then, frame by frame: projection.move_projector(glide.at(now))
 ///
-/// Only a movement with one plausible cause is corrected. With true rig_from_projector = exp(x) rig_from_projector and the
+/// Only a movement with one plausible cause is corrected. Of a rig that stands still the projector is also the cause of an error
+/// that has grown as slowly as that of a lamp which warms up (WatchReport::is_drift), where it is one of the plausible ones:
+/// walls do not creep. With true rig_from_projector = exp(x) rig_from_projector and the
 /// estimate x with covariance C (movement.hpp; C includes what rig and lens were known to before), the corrected pose is
 /// exp(x) rig_from_projector, and C is its covariance. The same holds for a surface where CorrectionOptions::surfaces allows
 /// it. Its movement along itself moves no light; nothing sees it, and nothing corrects it.

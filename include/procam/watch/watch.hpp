@@ -14,6 +14,10 @@
 /// Windows of content that stands still have the same errors: two in a row are barely rarer than one. The rate holds as far
 /// as the noise is as stated (cell_sigma, for one). Two windows in a row without a movement end the alarm.
 ///
+/// A lamp that warms up moves the light by tenths of a pixel a minute, a bump at once. Between windows the movement of the
+/// projector changes by d; an error has grown as a drift does if the RMS light shift by d was below `max_drift_step` in every
+/// window since the light was last in place.
+///
 /// No clock, no thread and no device here: the same calls in the same order give the same reports.
 #include <optional>
 #include <string>
@@ -48,12 +52,14 @@ struct WatchOptions {
   double false_alarms_a_week = 1;
   double smallest_error = 5e-4;  ///< metres RMS on the surfaces: less is no alarm, however certain
   int min_cells = 8;             ///< textured cells that are needed
+  double max_drift_step = 3e-4;  ///< metres RMS from one window to the next: more is a bump
 };
 
 struct WatchReport {
   double time = 0;
   WatchState state = WatchState::kStarting;
   bool is_alarm = false;  ///< moved or inseparable, also while the view is lost for a moment
+  bool is_drift = false;  ///< alarm, and the error has grown slowly
   std::string sentence;   ///< for people
   // Of this image.
   int textured = 0, measured = 0;
@@ -98,6 +104,7 @@ class PROCAM_EXPORT Watch {
   void begin_window(double time);
   void add_to_window(const ImageComparison& compared);
   void end_window(double time);
+  void look_for_jump(const MovementEstimate& estimate);
   std::optional<WatchState> view_state(double time, const ImageComparison& compared);
   void describe(WatchReport& report) const;
 
@@ -119,6 +126,8 @@ class PROCAM_EXPORT Watch {
   double switched_ = -1e9;       ///< when the room's light changed
   int moved_windows_ = 0, calm_windows_ = 0;
   bool is_alarm_ = false;
+  bool has_jumped_ = false;         ///< since the light was last in place
+  Vec6 last_moved_ = Vec6::Zero();  ///< of the projector, in the last window
   double window_time_ = 0;
   std::optional<MovementEstimate> estimate_;
 };

@@ -1,0 +1,201 @@
+// A show on a wall is bumped, and corrects itself by its camera, without a pattern (docs/watch.md):
+//
+//   07_watch picture.png OUT
+//
+// After six seconds the projector is turned by 0.2 degrees in its rig, and ten seconds later again. A camera of the rig
+// sees the wall. Each of its images is compared with what it should be; a movement that is certain, with one cause, is
+// corrected, so slowly that nobody sees the picture jump. OUT/watch.mp4 has the wall without and with the correction side by
+// side, OUT/watch.png its end, OUT/watch_error.svg the true error over time. The program fails
+// unless both bumps are corrected to less than 0.8 mm.
+#include <array>
+#include <cstdio>
+#include <iostream>
+
+#include "../common/error_plot.hpp"
+#include "../common/stage.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/simulate/live_view.hpp"
+#include "procam/watch/correction.hpp"
+#include "procam/watch/watch.hpp"
+
+using namespace procam;
+
+namespace {
+
+constexpr double kFramesPerSecond = 10, kEnd = 26;
+constexpr std::array<double, 2> kBumps{6, 16};  // seconds
+const Vec2 kPoster(0.96, 0.64);                 // metres
+
+/// The rig's frame is the world, and the camera's: z forward, x right, y down.
+Rig calibrated_rig() {
+  Rig rig;
+  Vec6 place;
+  place << -0.11, -0.10, 0.02, 0.31, 0.05, 0.03;
+  rig.cameras.push_back(
+      {"camera",
+       {{640, 480}, {640, 633, 322, 251, 0.4}, BrownConrady{{-0.17, 0.05, 0.0009, -0.0006, 0}}},
+       Pose()});
+  rig.projectors.push_back(
+      {"projector",
+       {{{1024, 768}, {1490, 1478, 530, 702, -0.8}, BrownConrady{{-0.04, 0.01, -0.0005, 0.0006, 0}}}},
+       se3_exp(place)});
+  return rig;
+}
+
+/// The middle of the content, on a wall that is not quite before the rig.
+Pose rig_from_middle() {
+  return Pose(so3_exp(Vec3(0.07, 0.16, -0.02)), Vec3(0.06, -0.2, 2.1));
+}
+
+simulate::Room wall_with_tape() {
+  simulate::Room room;
+  room.ambient = 0.06;
+  room.bodies.push_back(examples::sheet("wall", {-2, -1.5}, {2, 1.5}, 0.75, rig_from_middle()));
+  examples::add_tape(room, kPoster, 0.01, rig_from_middle(), 0.75);
+  return room;
+}
+
+/// The projector in its rig after a bump about its own centre.
+Pose bumped(const Pose& rig_from_projector, const Vec3& rotation) {
+  return Pose(so3_exp(rotation) * rig_from_projector.rotation, rig_from_projector.translation);
+}
+
+/// What the rig's camera records while the projector stands there.
+simulate::LiveView camera_before(const Rig& rig, const Pose& true_rig_from_projector, double exposure) {
+  simulate::LiveViewOptions options;
+  options.view.exposure = exposure;
+  options.view.brightest_grey = 210;
+  options.view.camera_blur_px = 0.6;
+  options.view.vignetting = 3;
+  options.view.gamma = 2.2;
+  options.view.noise = {2, 0.02};
+  options.view.adaptive = true;
+  options.glare = 0.02;
+  simulate::RoomLight light{rig.projector().projector, true_rig_from_projector, {}};
+  light.gamma = simulate::kSrgb;
+  light.black = 0.001;
+  light.blur_px = 0.7;
+  return {wall_with_tape(), rig.camera().camera, rig.camera().rig_from_camera, light, options};
+}
+
+/// A show on the wall: its frame, and its view by somebody in the room. Both are kept while nothing moves.
+struct WallShow {
+  explicit WallShow(const Rig& rig, const ImageU8& picture) : projection(rig, standing(rig)) {
+    projection.set_show(examples::one_surface("poster", "world", rig_from_middle(), kPoster, picture));
+    frame = ImageU8(projection.frame_size(), 3);
+    // The upper right corner, from near.
+    spectator.room_from_eye =
+        rig_from_middle() * Pose(so3_exp(Vec3(-0.06, -0.2, 0)), Vec3(0.5, -0.35, -0.95));
+  }
+  static show::ProjectionOptions standing(const Rig& rig) {
+    show::ProjectionOptions options;
+    options.projector_from_world = rig.projector().rig_from_projector.inverse();
+    return options;
+  }
+
+  void draw(const Pose& believed) {
+    if (is_drawn && (drawn_for.inverse() * believed).matrix().isIdentity(1e-12)) return;
+    projection.move_projector(believed);
+    projection.draw(1, 1, frame);
+    drawn_for = believed;
+    is_drawn = true;
+    is_seen = false;
+  }
+  const ImageU8& look(const simulate::Room& room, const Pose& true_rig_from_projector) {
+    if (!is_seen || !(seen_from.inverse() * true_rig_from_projector).matrix().isIdentity(1e-12))
+      seen = spectator.view(room, projection.projector(), true_rig_from_projector, frame);
+    seen_from = true_rig_from_projector;
+    is_seen = true;
+    return seen;
+  }
+  double error(const Pose& true_rig_from_projector) const {
+    return std::sqrt(examples::squared_error(projection.projector(), drawn_for.inverse() * rig_from_middle(),
+                                             projection.projector(),
+                                             true_rig_from_projector.inverse() * rig_from_middle(), kPoster));
+  }
+
+  show::Projection projection;
+  examples::Spectator spectator;
+  ImageU8 frame, seen;
+  Pose drawn_for, seen_from;
+  bool is_drawn = false, is_seen = false;
+};
+
+/// The watch of the right show, as project-live --watch runs it.
+struct WatchedProjector {
+  explicit WatchedProjector(const Rig& rig, const SolvedSurfaceSet& solved)
+      : watcher(rig.camera(), rig.projector()), glide(place(rig), place(rig), 0, 0) {
+    watcher.place(watch::watched_surfaces(solved, rig.projector()));
+  }
+  static Pose place(const Rig& rig) { return rig.projector().rig_from_projector; }
+
+  /// True if this image led to a correction.
+  bool add(double time, const ImageU8& frame, const ImageU8& image) {
+    const watch::WatchReport report = watcher.add(time, {frame, frame, 0, 0}, image);
+    const watch::Correction correction = watch::correction_of(report, watcher.projector());
+    if (!correction.is_possible()) return false;
+    std::printf("%4.1f s: %s\n", time, correction.sentence.c_str());
+    glide = watch::Glide(glide.at(time), correction.projector.rig_from_projector, correction.error, time);
+    watcher.correct(correction.projector, correction.covariance);
+    return true;
+  }
+
+  watch::Watch watcher;
+  watch::Glide glide;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (argc != 3) {
+    std::cerr << "usage: 07_watch picture.png OUT\n";
+    return 2;
+  }
+  const std::filesystem::path out = argv[2];
+  const ImageU8 picture = io::load_image(argv[1]).image;
+  const Rig rig = calibrated_rig();
+  const simulate::Room room = wall_with_tape();
+  WallShow alone(rig, picture), corrected(rig, picture);
+  alone.draw(rig.projector().rig_from_projector);
+  corrected.draw(rig.projector().rig_from_projector);
+  WatchedProjector watched(rig, corrected.projection.solved());
+
+  Pose truth = rig.projector().rig_from_projector;
+  simulate::LiveView camera = camera_before(rig, truth, 0);
+  const double exposure = camera.exposure();
+  examples::SideBySide video(out / "watch.mp4", alone.spectator.eye.size, kFramesPerSecond);
+  examples::ErrorPlot plot{"without a correction", "with --watch", {}, {}, {}, {}};
+  int corrections = 0;
+  double before_second = 0, last = 0;
+  for (int i = 0; i < int(kEnd * kFramesPerSecond); ++i) {
+    const double time = i / kFramesPerSecond;
+    for (std::size_t k = 0; k < kBumps.size(); ++k)
+      if (i == int(kBumps[k] * kFramesPerSecond)) {
+        truth = bumped(truth, k == 0 ? Vec3(0.0012, 0.0031, 0.0008) : Vec3(-0.0026, 0.0022, -0.0007));
+        camera = camera_before(rig, truth, exposure);
+        plot.events.emplace_back(time, "bump");
+        if (k == 1) before_second = last;
+      }
+    corrected.draw(watched.glide.at(time));
+    if (i % 2 == 0 && watched.add(time, corrected.frame, camera.capture(corrected.frame, std::uint64_t(i)))) {
+      ++corrections;
+      plot.events.emplace_back(time, "correction");
+    }
+    plot.add(time, alone.error(truth), last = corrected.error(truth));
+    char words[64];
+    std::snprintf(words, sizeof words, "not corrected: %.1f mm off", plot.without_mm.back());
+    video.put(0, alone.look(room, truth), words);
+    std::snprintf(words, sizeof words, "watched: %.1f mm off", plot.with_mm.back());
+    video.put(1, corrected.look(room, truth), words);
+    video.add();
+  }
+  video.save(out / "watch.png");
+  video.finish();
+  plot.save(out / "watch_error.svg");
+  std::printf("true error after the first correction %.2f mm, at the end %.2f mm; without %.2f mm\n",
+              1e3 * before_second, 1e3 * last, plot.without_mm.back());
+  return corrections >= 2 && before_second < 0.8e-3 && last < 0.8e-3 ? 0 : 1;
+} catch (const Error& error) {
+  std::cerr << error.what() << "\n";
+  return 3;
+}

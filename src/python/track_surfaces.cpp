@@ -33,7 +33,7 @@ void bind_track_surfaces(py::module_& m) {
       .field("turn_acceleration", &track::PoseChooserOptions::turn_acceleration, "the same, rad/s^2");
   Record<track::PoseChooser>(
       m, "PoseChooser", "Which of two similar poses of a plane is the true one, from a sequence of images.")
-      .init([](const track::PoseChooserOptions& options) { return track::PoseChooser(options); },
+      .init([](const track::PoseChooserOptions& options) { return track::PoseChooser(options); }, "",
             py::arg_v("options", track::PoseChooserOptions{}, "PoseChooserOptions()"))
       .method("choose", &track::PoseChooser::choose, "The most probable of an image's candidates.",
               py::arg("time"), py::arg("candidates"));

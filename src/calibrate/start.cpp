@@ -165,12 +165,13 @@ bool add_next(Growing& rig) {
 void require_all_placed(const Growing& rig) {
   for (std::size_t d = 0; d < rig.data.devices.size(); ++d) {
     if (rig.placed[d]) continue;
-    throw Error(ErrorKind::kNotEnoughData, rig.data.devices[d].name,
-                std::to_string(lit_points(rig, d).size()) + " views have at least " +
-                    std::to_string(kMinPointsPerView) + " of the board's points for it, " +
-                    std::to_string(kMinLitViews) + " are needed",
-                "place the board inside the projector's light, and check that its size and the order of "
-                "frames are right");
+    throw Error(
+        ErrorKind::kNotEnoughData, rig.data.devices[d].name,
+        std::to_string(lit_points(rig, d).size()) + " views have at least " +
+            std::to_string(kMinPointsPerView) + " of the board's points for it, " +
+            std::to_string(kMinLitViews) + " are needed",
+        "see the warnings of its views; without any, place the board inside the projector's light, and "
+        "check that its size and the order of frames are right");
   }
 }
 

@@ -12,6 +12,7 @@ constexpr int kFullScale = 250;     // grey; a camera's curve may end below 255
 constexpr int kMinContrast = 8;     // grey levels
 constexpr double kOneStripe = 0.7;  // of the contrast: the pixel then sees one stripe
 constexpr std::size_t kMaxMiddles = 6000;
+constexpr std::size_t kFewForLag = 200;
 
 }  // namespace
 
@@ -137,7 +138,8 @@ double Sequence::estimate_gamma() {
     }
   }
   if (middles.size() < 200) return 1;
-  double low = 0.6, high = 4;
+  // Of waves the pairs are complementary in the projector's values, so that its own gamma is undone as well.
+  double low = frames_.stripes ? 0.6 : 0.25, high = 4;
   for (int i = 0; i < 14; ++i) {
     const double gamma = 0.5 * (low + high);
     std::vector<double> excess;
@@ -281,6 +283,72 @@ double Sequence::noise() const {
         std::abs(at(a, p.x, p.y) - at(b, p.x, p.y) - at(a, p.x + 1, p.y) + at(b, p.x + 1, p.y)) / contrast);
   }
   return differences.size() < 100 ? 0 : 1.4826 * median_or(std::move(differences), 0.0) / 2;
+}
+
+/// With the share a, white stripes 1, black ones 0 and the room's light r, a black stripe and its inverse are r + a and
+/// r + 1 - a + a^2 where the capture before was white, r and r + 1 - a where it was black. The share of the first in
+/// their sum differs by a / (1 + 2 r) between the two, in first order. Both kinds are in one capture: exposure
+/// and flicker cancel.
+std::optional<double> Sequence::lag_of_stripes(int index) const {
+  const FramePair &of = pair(index), &before = pair(index - 1);
+  if (of.first != before.second + 1 || of.second != of.first + 1) return std::nullopt;
+  constexpr double kSure = 0.4;  // of the contrast, which lag itself reduces
+  std::vector<double> after_white, after_black;
+  for (const Pixel& p : shown_) {
+    const double contrast = white(p.x, p.y) - black(p.x, p.y);
+    const double dark = at(of.first, p.x, p.y), bright = at(of.second, p.x, p.y);
+    const double rise = at(before.second, p.x, p.y) - at(before.first, p.x, p.y);
+    if (bright - dark < kSure * contrast || std::abs(rise) < kSure * contrast || !is_below_full_scale(of, p))
+      continue;
+    (rise > 0 ? after_white : after_black).push_back(dark / (dark + bright));
+  }
+  if (after_white.size() < kFewForLag || after_black.size() < kFewForLag) return std::nullopt;
+  return usual(std::move(after_white)).value - usual(std::move(after_black)).value;
+}
+
+/// Steps of a wave x_0 .. x_(n - 1) with the share a of the step before are steps of a shifted wave, but for the first:
+/// the capture p before it shows another wave. Its pair and the one a quarter of the wave later differ in sum by
+///   x_0 + x_(n / 2) - x_(n / 4) - x_(3 n / 4) = a (p - x_(n - 1)) + even harmonics,
+/// of which p alone varies across the wave or faster than it. The share is the slope of the difference over p, both
+/// by the paper's brightness.
+std::optional<double> Sequence::lag_of_waves(const FramePair& first, const FramePair& quarter) const {
+  std::vector<std::pair<double, double>> points;
+  double x = 0, y = 0;
+  for (const Pixel& p : shown_) {
+    if (!is_below_full_scale(first, p) || !is_below_full_scale(quarter, p)) continue;
+    const auto light = [&](int capture) { return at(capture, p.x, p.y) / reference(p.x, p.y); };
+    const double difference =
+        light(first.first) + light(first.second) - light(quarter.first) - light(quarter.second);
+    points.push_back({light(first.first - 1), difference});
+    x += points.back().first, y += difference;
+  }
+  if (points.size() < kFewForLag) return std::nullopt;
+  const double count = double(points.size());
+  double xx = 0, xy = 0;
+  for (const auto& [before, difference] : points) {
+    xx += (before - x / count) * (before - x / count);
+    xy += (before - x / count) * (difference - y / count);
+  }
+  return xx > 0 ? std::optional(xy / xx) : std::nullopt;
+}
+
+double Sequence::lag() const {
+  std::vector<double> shares;
+  const auto add = [&](const std::optional<double>& share) {
+    if (share) shares.push_back(*share);
+  };
+  for (int index = 1; frames_.stripes && index < pairs(); ++index) add(lag_of_stripes(index));
+  // Of waves, pairs in the order of time: a wave begins where the partner is half of its steps later.
+  for (int index = 0; !frames_.stripes && index < pairs();) {
+    const int half = pair(index).second - pair(index).first;
+    const int quarter = index + half / 2;
+    if (index > 0 && half >= 2 && half % 2 == 0 && quarter < pairs() &&
+        pair(quarter).second - pair(quarter).first == half)
+      add(lag_of_waves(pair(index), pair(quarter)));
+    index += half;
+  }
+  constexpr std::size_t kFewShares = 4;
+  return shares.size() < kFewShares ? 0 : median_or(std::move(shares), 0.0);
 }
 
 double Sequence::contrast() const {

@@ -50,6 +50,7 @@ class Sequence {
 
   int pairs() const { return int(frames_.pairs.size()); }
   const FramePair& pair(int index) const { return frames_.pairs[std::size_t(index)]; }
+  bool has_stripes() const { return frames_.stripes; }
   int captures() const { return int(frames_.captures.size()); }
   ImageSize size() const { return frames_.white.size(); }
   bool has_board() const { return !board_.empty(); }
@@ -108,6 +109,8 @@ class Sequence {
   double scattered() const;
   /// Noise of white stripes by the contrast, both in linear light: from two coarse pairs of one axis.
   double noise() const;
+  /// Share of the light before that a capture still shows, the usual one of the sequence; 0 if unknown.
+  double lag() const;
   /// White minus black of light paper, grey levels.
   double contrast() const;
 
@@ -130,6 +133,8 @@ class Sequence {
 
   int grid_step() const;
   bool is_direct(int x, int y) const;
+  std::optional<double> lag_of_stripes(int pair) const;
+  std::optional<double> lag_of_waves(const FramePair& first, const FramePair& quarter) const;
   void find_shown();
 };
 

@@ -23,8 +23,9 @@ constexpr double kScattered = 0.1;       // white walls and a clean lens scatter
 constexpr double kClipped = 0.1;         // of the lit pixels
 constexpr double kUnsteady = 0.025;  // of the brightness: stripe edges then move by a fortieth of their width
 constexpr double kExposure = 0.03, kDarker = 0.02;  // of white, of the contrast
-constexpr double kByNoise = 0.2;                    // of its share of the contrast
-constexpr double kUnsteadyOfShaking = 0.06;         // where stripes move, the print's shades mix with them
+constexpr double kLag = 0.03;                // of white: a wave then moves by 0.3 to 0.5 % of its length
+constexpr double kByNoise = 0.2;             // of its share of the contrast
+constexpr double kUnsteadyOfShaking = 0.06;  // where stripes move, the print's shades mix with them
 
 std::string format(const char* pattern, double value) {
   char text[64];
@@ -35,11 +36,13 @@ std::string format(const char* pattern, double value) {
 using Gains = std::vector<std::optional<Sequence::Gain>>;
 
 void warn_exposure(double change, Diagnostics& found) {
-  found.warn("exposure_changes", "Frames of half light are " + format("%.0f %%", 100 * change) +
-                                     " brighter by the white and black frames than they should be: the "
-                                     "camera's exposure follows the light, or each image's contrast is "
-                                     "stretched; fix exposure, gain and white balance, and save images "
-                                     "without automatic contrast");
+  found.warn("exposure_changes",
+             "Frames of half light are " + format("%.0f %%", 100 * change) +
+                 " brighter by the white and black frames than they should be: the "
+                 "camera's exposure follows the light, each image's contrast is "
+                 "stretched, or the projector's lamp follows the frame; fix exposure, gain "
+                 "and white balance, save images without automatic contrast, and switch "
+                 "the projector's dynamic contrast (automatic iris) off");
 }
 
 void warn_stretched(double change, Diagnostics& found) {
@@ -177,6 +180,27 @@ void check_print(const Sequence& sequence, const Motion& motion, const FrameName
   }
 }
 
+/// A change over the whole sequence that no step between two pairs comes near to, and that goes on from pair to pair: of
+/// light that is unevenly complementary the blur scatters.
+bool focus_drifts(const Series& print) {
+  std::vector<double> blur, steps;
+  for (const PairFit& fit : print.fit) blur.push_back(fit.blur);
+  for (std::size_t i = 1; i < blur.size(); ++i) steps.push_back(std::abs(blur[i] - blur[i - 1]));
+  const auto [low, high] = std::minmax_element(blur.begin(), blur.end());
+  if (!(*high - *low > 0.15 && *high - *low > 5 * median_or(steps, 0.0) &&
+        std::abs(blur.front() - blur.back()) > 0.6 * (*high - *low)))
+    return false;
+  constexpr double kExplained =
+      0.6;  // of the variance, by a straight line; of blur that falls as t^2 it is 94 %
+  const double n = double(blur.size());
+  double t = 0, b = 0, tt = 0, bb = 0, tb = 0;
+  for (std::size_t i = 0; i < blur.size(); ++i) {
+    t += print.pair[i], b += blur[i];
+    tt += double(print.pair[i]) * print.pair[i], bb += blur[i] * blur[i], tb += print.pair[i] * blur[i];
+  }
+  return std::pow(tb - t * b / n, 2) > kExplained * (tt - t * t / n) * (bb - b * b / n);
+}
+
 void check_motion(const Sequence& sequence, const Motion& motion, const GrayCode* gray_code,
                   const FrameName& name, SequenceCheck& check) {
   const Series& print = motion.print;
@@ -195,13 +219,7 @@ void check_motion(const Sequence& sequence, const Motion& motion, const GrayCode
       return;
     }
   }
-  std::vector<double> blur, steps;
-  for (const PairFit& fit : print.fit) blur.push_back(fit.blur);
-  for (std::size_t i = 1; i < blur.size(); ++i) steps.push_back(std::abs(blur[i] - blur[i - 1]));
-  const auto [low, high] = std::minmax_element(blur.begin(), blur.end());
-  // A change over the whole sequence that no step between two pairs comes near to.
-  if (*high - *low > 0.15 && *high - *low > 5 * median_or(steps, 0.0) &&
-      std::abs(blur.front() - blur.back()) > 0.6 * (*high - *low))
+  if (focus_drifts(print))
     found.warn("focus_drift", "The camera's focus changes during the sequence: switch autofocus off");
 }
 
@@ -238,6 +256,16 @@ void check_frames(const Sequence& sequence, const Gains& gains, const FrameName&
   } else {
     check.diagnostics.warn("stale_frame", stale_message(name, wrong->capture, wrong->shows));
   }
+}
+
+/// Stripe edges move both ways, as the frame before is light or dark there; waves all move the same way.
+void check_lag(const Sequence& sequence, SequenceCheck& check) {
+  const double lag = sequence.lag();
+  if (!(lag > kLag)) return;
+  check.decoding_is_wrong = !sequence.has_stripes();
+  check.diagnostics.warn("lag", "Each capture still shows " + format("%.0f %%", 100 * lag) +
+                                    " of the frame before: wait longer after each frame, and switch off the "
+                                    "camera's noise reduction over time (3D, temporal)");
 }
 
 void check_noise(SequenceCheck& check) {
@@ -286,6 +314,8 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
   if (gray_code) check.noise = sequence.noise();
   // A print elsewhere changes the brightness of its pixels too.
   if (motion.has_clear_step()) return check_print(sequence, motion, name, check);
+  check_lag(sequence, check);
+  if (!found.items.empty()) return;
   // No wrong frame makes black stripes darker than black. Stretched contrast makes pairs unequal, as a torn frame does, and
   // takes the brightest pixels to full scale.
   if (-sequence.black_stripes() > 5 * kDarker || sequence.spans_all_greys())

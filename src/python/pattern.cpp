@@ -245,7 +245,7 @@ void bind_sequence_check(py::module_& m) {
           "diagnostics", &pattern::SequenceCheck::diagnostics,
           "At most one warning that names the cause, the strongest first:\n"
           "  \"frame_missing\", \"stale_frame\", \"torn_frame\", \"overexposed\", \"board_moved\", \"camera_moved\",\n"
-          "  \"camera_shake\", \"camera_drift\", \"projector_moved\", \"focus_drift\", \"exposure_changes\", \"flicker\",\n"
+          "  \"camera_shake\", \"camera_drift\", \"projector_moved\", \"focus_drift\", \"lag\", \"exposure_changes\", \"flicker\",\n"
           "  \"noisy\", \"highlight\", \"low_contrast\", \"scattered_light\".")
       .field("decoding_is_wrong", &pattern::SequenceCheck::decoding_is_wrong,
              "The frames do not belong to one position or order: what is decoded from them is\n"

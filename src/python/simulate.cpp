@@ -186,6 +186,12 @@ void bind_conditions(py::module_& m) {
              "of the projected frame over the sequence, projector pixels")
       .field("focus_drift_px", &simulate::Conditions::focus_drift_px,
              "sigma of the camera's blur at the start, none at the end")
+      .field("projector_gamma", &simulate::Conditions::projector_gamma,
+             "of the projector: light = value^gamma; 1: linear")
+      .field("iris", &simulate::Conditions::iris,
+             "1: the lamp follows the mean of the frame (dynamic contrast, automatic iris); less: this\n"
+             "power of it")
+      .field("lag", &simulate::Conditions::lag, "share of the light before that each capture still shows")
       .field("spot", &simulate::Conditions::spot, "reflection of a lamp on the board, multiple of full scale")
       .field("print_scale", &simulate::Conditions::print_scale,
              "true size of the print / size that the session states");

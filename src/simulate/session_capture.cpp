@@ -1,5 +1,6 @@
 /// What the camera of a simulated session records of a view, with the view's mistakes.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "noise.hpp"
@@ -36,6 +37,32 @@ double mean(const ImageU8& image) {
   const std::ptrdiff_t count = std::ptrdiff_t(image.width()) * image.height() * image.channels();
   for (std::ptrdiff_t i = 0; i < count; ++i) sum += image.data()[i];
   return sum / double(count);
+}
+
+/// What the projector makes of a frame's values: light, linear as capture() takes it.
+void show_frame(ImageU8& frame, const Conditions& c) {
+  const double lamp = std::pow((mean(frame) / 255 + 0.05) / 1.05, c.iris);
+  std::array<std::uint8_t, 256> light;
+  for (std::size_t value = 0; value < light.size(); ++value)
+    light[value] = std::uint8_t(255 * lamp * std::pow(double(value) / 255, c.projector_gamma) + 0.5);
+  for (int y = 0; y < frame.height(); ++y) {
+    std::uint8_t* row = frame.row(y);
+    std::transform(row, row + frame.width() * frame.channels(), row,
+                   [&](std::uint8_t value) { return light[value]; });
+  }
+}
+
+/// Each frame with what is left of those before: a slow panel, or a camera that averages over time.
+void add_lag(std::vector<ImageU8>& frames, double lag) {
+  for (std::size_t i = 1; i < frames.size(); ++i)
+    for (int y = 0; y < frames[i].height(); ++y) {
+      const std::uint8_t* before = frames[i - 1].row(y);
+      std::uint8_t* now = frames[i].row(y);
+      const int values = frames[i].width() * frames[i].channels();
+      std::transform(now, now + values, before, now, [lag](std::uint8_t n, std::uint8_t b) {
+        return std::uint8_t((1 - lag) * n + lag * b + 0.5);
+      });
+    }
 }
 
 /// The conditions' faults of a view's sequence.
@@ -77,6 +104,9 @@ void add_faults(const SimulatedSession& session, std::size_t view, CaptureOption
     fault.ripple = c.flicker;
     fault.ripple_phase = random.uniform(0, 1);
   }
+  if (c.projector_gamma != 1 || c.iris > 0)
+    for (ImageU8& frame : shown) show_frame(frame, c);
+  if (c.lag > 0) add_lag(shown, c.lag);
   if (c.projector_drift_px > 0)
     for (std::size_t i = 0; i + 1 < count; ++i)
       shown[i] =

@@ -44,6 +44,8 @@ std::vector<Broken> all_kinds() {
       {"stabiliser", "camera_drift", [](Conditions& c) { c.drift_px = 4; }},
       {"projector_drift", "projector_moved", [](Conditions& c) { c.projector_drift_px = 4; }},
       {"focus_drift", "focus_drift", [](Conditions& c) { c.focus_drift_px = 2; }},
+      {"lag", "lag", [](Conditions& c) { c.lag = 0.1; }},
+      {"iris", "exposure_changes", [](Conditions& c) { c.iris = 0.5; }},
       {"spot", "highlight", [](Conditions& c) { c.spot = 3; }},
       {"glare", "scattered_light", [](Conditions& c) { c.glare = 0.4; }},
       {"noise", "noisy",
@@ -231,6 +233,12 @@ TEST(PhaseShiftSequence, IsCheckedAsGrayCodeIs) {
       {"stale", "stale_frame", [](Conditions& c) { c.stale_views = 99; }},
       {"saturated", "overexposed", [](Conditions& c) { c.overexposed_views = 99; }},
       {"flicker", "flicker", [](Conditions& c) { c.flicker = 0.12; }},
+      {"lag", "lag", [](Conditions& c) { c.lag = 0.1; }},
+      {"projector gamma", "", [](Conditions& c) { c.projector_gamma = 2.2; }},
+      {"projector gamma, linear camera", "",
+       [](Conditions& c) {
+         c.projector_gamma = 2.2, c.gamma = {1, 1};
+       }},
   };
   for (const Broken& kind : kinds) {
     Conditions conditions = sound_conditions(Level::kPaper);
@@ -243,7 +251,8 @@ TEST(PhaseShiftSequence, IsCheckedAsGrayCodeIs) {
         pattern::check_sequence({captures.begin(), captures.end()}, pattern::complementary_frames(frames),
                                 corners_at_end(session, 1));
     EXPECT_EQ(cause(found), kind.code) << kind.name;
-    EXPECT_EQ(found.decoding_is_wrong, cause(found) == "board_moved" || cause(found) == "stale_frame");
+    EXPECT_EQ(found.decoding_is_wrong,
+              cause(found) == "board_moved" || cause(found) == "stale_frame" || cause(found) == "lag");
   }
 }
 

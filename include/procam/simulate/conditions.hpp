@@ -38,6 +38,10 @@ struct Conditions {
   std::optional<NoiseModel> noise;  ///< of the linear grey value; none: as in the level's recipe
   double noise_factor = 1;          ///< on the standard deviation of the noise
 
+  double projector_gamma = 1;  ///< of the projector: light = value^gamma; 1: linear
+  /// 1: the lamp follows the mean of the frame (dynamic contrast, automatic iris); less: this power of it.
+  double iris = 0;
+
   // Views.
   int views = 0;            ///< 0: as in the level's recipe
   int dark_views = 0;       ///< underexposed ones
@@ -57,6 +61,7 @@ struct Conditions {
   double drift_px = 0;            ///< of the camera's image over the sequence (stabiliser, soft tripod)
   double projector_drift_px = 0;  ///< of the projected frame over the sequence, projector pixels
   double focus_drift_px = 0;      ///< sigma of the camera's blur at the start, none at the end
+  double lag = 0;                 ///< share of the light before that each capture still shows
   double spot = 0;                ///< reflection of a lamp on the board, multiple of full scale
 
   double print_scale = 1;  ///< true size of the print / size that the session states

@@ -56,10 +56,7 @@ TrueAngles true_angles(const Scan& scan, const TrueView& truth, const RigCamera&
 /// Scans by 60 rigs drawn from the covariance, of light with little noise. The standard error of a median of 60 is about 10 % here;
 /// three of them.
 TEST(ViewerError, IsWhatDrawnRigsHave) {
-  Rig truth = test::true_rig();
-  // The camera's principal point is known ten times less well: a rotation of the whole room.
-  for (const Eigen::Index i : {2, 3})
-    truth.covariance.matrix.row(i) *= 10, truth.covariance.matrix.col(i) *= 10;
+  const Rig truth = test::true_rig();
   std::mt19937 random(17);
   const test::SeenRoom seen = test::look(truth, test::alcove(), Pose(), 1e-3, random);
   const LightMap& light = seen.light;
@@ -78,7 +75,6 @@ TEST(ViewerError, IsWhatDrawnRigsHave) {
   EXPECT_NEAR(predicted.given.median / median(given), 1, 0.3);
   EXPECT_NEAR(predicted.given.of_95 / quantile(given, 0.95), 1, 0.4);
   EXPECT_NEAR(predicted.placed.median / median(placed), 1, 0.3);
-  EXPECT_LT(predicted.placed.median, 0.7 * predicted.given.median);
 }
 
 TEST(ViewerError, NeedsACovarianceAndAnEye) {

@@ -9,6 +9,7 @@
 #include "procam/io/image/depth_file.hpp"
 #include "procam/io/image/pfm.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/text.hpp"
 #include "procam/report/scan.hpp"
 #include "procam/session/light.hpp"
 
@@ -20,6 +21,7 @@ namespace fs = std::filesystem;
 struct Flags {
   std::vector<std::string> captures, truth;
   std::string view, rig, output, points, depth, preview;
+  std::optional<Vec3> eye;
   session::OpenOptions open;
   scan::ScanOptions scan;
   StationFlags stations;  ///< with the options of meshes
@@ -59,6 +61,10 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option(
       "--preview", flags.preview,
       "Also draw the surface and its standard deviation, .png; several are named as those of --save-depth");
+  add_parsed(
+      app, "--viewer", [&](const std::string& text) { flags.eye = io::parse_position(text); },
+      "Position of an eye in the rig, as render-to-image --viewer has it: report how far content is off there by the rig's "
+      "covariance");
   app.add_option(
       "--truth", flags.truth,
       "True depths of a simulation, truth_depth.pfm or the view's folder of simulate-captures (of several cameras): "
@@ -107,6 +113,7 @@ std::vector<report::ScannedSurface> scans_of(const Flags& flags, const std::stri
     report::ScannedSurface surface;
     surface.name = scan_name(seen.camera, seen.projector, lights.size());
     surface.scan = scan::measure_depth(seen.light, rig, seen.camera, seen.projector, flags.scan);
+    if (flags.eye) surface.viewer = scan::viewer_error(surface.scan, *flags.eye);
     if (is_alone) surface.mesh = scan::mesh_of(surface.scan, flags.stations.merge.mesh);
     if (is_alone && !flags.truth.empty())
       surface.error = true_error(truth_of(flags, plan, seen.camera), surface.scan);

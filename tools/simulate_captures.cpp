@@ -59,7 +59,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->check(CLI::Range(0.5, 2.0));
   app.add_option(
       "--room", options.room,
-      "instead of boards one view of a room, sphere | cylinder | corner | relief | steps | alcove | wall | ball, by the same rig: try "
+      "instead of boards one view of a room, sphere | cylinder | corner | relief | steps | alcove | wall | ball | niche | furnished, by the same rig: try "
       "scan-surfaces on it; the true depths are in view_00/truth_depth.pfm. With --views N the cameras are "
       "moved between the "
       "views: try calibrate-room");

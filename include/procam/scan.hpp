@@ -5,3 +5,4 @@
 #include "procam/scan/scan_error.hpp"
 #include "procam/scan/scan_mesh.hpp"
 #include "procam/scan/stations.hpp"
+#include "procam/scan/viewer_error.hpp"

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include "procam/core/base/stats.hpp"
+#include "edge_scatter.hpp"
 
 namespace procam::pattern {
 namespace {
@@ -23,24 +24,39 @@ class StripeLine {
         length_(along_x_ ? decoded.camera_size().width : decoded.camera_size().height) {}
 
   /// How far each edge lies off the line through its neighbours, over what the images' noise explains.
-  void measure(const Edges& edges, const StripeMapOptions& options, std::vector<double>& ratios) const {
+  void measure(const Edges& edges, const StripeMapOptions& options, internal::EdgeScatter& scatter) const {
     for (std::size_t i = 1; i + 1 < edges.size(); ++i) {
       const StripeEdge &a = *edges[i - 1], &b = *edges[i], &c = *edges[i + 1];
       if (!joins(a, b, options) || !joins(b, c, options)) continue;
-      const double gap = position(c) - position(a), t = (position(b) - position(a)) / gap;
-      const double slope = (c.projector_coordinate - a.projector_coordinate) / gap;
-      const double off =
-          b.projector_coordinate - (1 - t) * a.projector_coordinate - t * c.projector_coordinate;
-      const double noise =
-          std::abs(slope) * std::sqrt(b.sigma_px * b.sigma_px + (1 - t) * (1 - t) * a.sigma_px * a.sigma_px +
-                                      t * t * c.sigma_px * c.sigma_px);
-      if (noise > 0) ratios.push_back(std::abs(off) / noise);
+      if (const std::optional<double> ratio = off_line(a, b, c)) scatter.add(b.camera_pixel, *ratio);
     }
   }
 
-  void fill(const Edges& edges, const StripeMapOptions& options, double inflation) {
+  /// Without the edges that alone are off the line that two neighbours on either side are on. Diffuse light of other surfaces
+  /// moves the edges of wide stripes, and not those of fine ones.
+  Edges without_moved(const Edges& edges, const StripeMapOptions& options, double inflation) const {
+    constexpr double kMoved = 4, kOnLine = 3;
+    Edges kept;
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      kept.push_back(edges[i]);
+      if (i < 2 || i + 2 >= edges.size()) continue;
+      const StripeEdge &a = *edges[i - 2], &b = *edges[i - 1], &c = *edges[i], &d = *edges[i + 1],
+                       &e = *edges[i + 2];
+      if (!joins(a, b, options) || !joins(b, c, options) || !joins(c, d, options) || !joins(d, e, options) ||
+          !joins(b, d, options))
+        continue;
+      if (off_line(b, c, d).value_or(0) > kMoved * inflation &&
+          off_line(a, b, d).value_or(kMoved) < kOnLine * inflation &&
+          off_line(b, d, e).value_or(kMoved) < kOnLine * inflation)
+        kept.pop_back();
+    }
+    return kept;
+  }
+
+  void fill(const Edges& edges, const StripeMapOptions& options, const internal::EdgeScatter& scatter) {
     for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
       if (!joins(*edges[i], *edges[i + 1], options)) continue;
+      const double inflation = scatter.factor(edges[i]->camera_pixel);
       const bool before = i > 0 && joins(*edges[i - 1], *edges[i], options);
       const bool after = i + 2 < edges.size() && joins(*edges[i + 1], *edges[i + 2], options);
       Line line = fit(edges, i - (before ? 1 : 0), i + (after ? 2 : 1), i, inflation);
@@ -79,6 +95,18 @@ class StripeLine {
   }
 
  private:
+  /// How far b is off the line through a and c, over what the images' noise explains; nullopt without noise.
+  std::optional<double> off_line(const StripeEdge& a, const StripeEdge& b, const StripeEdge& c) const {
+    const double gap = position(c) - position(a), t = (position(b) - position(a)) / gap;
+    const double slope = (c.projector_coordinate - a.projector_coordinate) / gap;
+    const double off = b.projector_coordinate - (1 - t) * a.projector_coordinate - t * c.projector_coordinate;
+    const double noise =
+        std::abs(slope) * std::sqrt(b.sigma_px * b.sigma_px + (1 - t) * (1 - t) * a.sigma_px * a.sigma_px +
+                                    t * t * c.sigma_px * c.sigma_px);
+    if (!(noise > 0)) return std::nullopt;
+    return std::abs(off) / noise;
+  }
+
   double position(const StripeEdge& edge) const { return edge.camera_pixel[along_x_ ? 0 : 1]; }
   std::int16_t code(int at) const { return along_x_ ? codes_.at(at, line_) : codes_.at(line_, at); }
 
@@ -203,14 +231,13 @@ LightMap light_map(const DecodedMap& decoded, const std::vector<StripeEdge>& edg
     for (const StripeEdge& edge : edges)
       if (edge.axis == axis) scan = edge.scan;
     const EdgesByLine by_line = edges_by_line(decoded, edges, axis, scan);
-    std::vector<double> ratios;
+    internal::EdgeScatter scatter(decoded.camera_size());
     for (std::size_t line = 0; line < by_line.size(); ++line)
-      StripeLine(decoded, light, axis, scan, int(line)).measure(by_line[line], options, ratios);
-    constexpr double kMedianOfNoise = 0.67448975;  // of |N(0, 1)|
-    const double inflation = std::max(1.0, median_or(std::move(ratios), kMedianOfNoise) / kMedianOfNoise);
+      StripeLine(decoded, light, axis, scan, int(line)).measure(by_line[line], options, scatter);
+    scatter.finish();
     for (std::size_t line = 0; line < by_line.size(); ++line) {
       StripeLine pixels(decoded, light, axis, scan, int(line));
-      pixels.fill(by_line[line], options, inflation);
+      pixels.fill(pixels.without_moved(by_line[line], options, scatter.everywhere()), options, scatter);
       pixels.fill_by_codes(options);
     }
   }

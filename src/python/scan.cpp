@@ -111,6 +111,24 @@ void bind_error(py::module_& m) {
       .field("world_from_camera", &scan::TrueView::world_from_camera, "")
       .field("depth", &scan::TrueView::depth, "float32 (h, w), metres; 0: unknown");
 
+  Record<scan::ViewerAngle> viewer_angle(m, "ViewerAngle",
+                                         "The angle that 95 % of the points are within, radians.");
+  viewer_angle.fields_init()
+      .field("median", &scan::ViewerAngle::median, "half of the rigs with this covariance are within")
+      .field("of_95", &scan::ViewerAngle::of_95, "95 % of the rigs are within");
+
+  Record<scan::ViewerError> viewer_error(
+      m, "ViewerError", "How far content is off for a viewer's eye, as the rig's covariance predicts it.");
+  viewer_error.fields_init()
+      .field("points", &scan::ViewerError::points, "0: the rig has no covariance")
+      .field("given", &scan::ViewerError::given, "for positions that are given in the rig's frame")
+      .field("placed", &scan::ViewerError::placed,
+             "for an eye and content that were placed by the scan: without the common rigid motion");
+  function(m, "viewer_error", &scan::viewer_error,
+           "By 400 rigs drawn from the covariance, always the same ones. Throws\n"
+           "std::invalid_argument for an eye that is not finite.",
+           py::arg("scan"), py::arg("eye_in_rig"));
+
   function(m, "compare", py::overload_cast<const scan::Scan&, ViewF>(&scan::compare),
            "Depths against the true ones, float32 (h, w), metres.", py::arg("scan"), py::arg("true_depth"));
   function(m, "compare",

@@ -65,6 +65,14 @@ void bind_room(py::module_& m) {
             "Throws Error(kInput) with the fault of a mesh that cannot be.", py::arg("mesh"))
       .method("mesh", &simulate::TriangleMesh::mesh, "");
 
+  Record<simulate::Gloss> gloss(m, "Gloss",
+                                "The polish of a flat body, beside its paint: a lacquered table, a screen.");
+  gloss.fields_init()
+      .field("share", &simulate::Gloss::share, "of the light that it mirrors, whatever the angle; 0: none")
+      .field(
+          "spread", &simulate::Gloss::spread,
+          "standard deviation of the mirrored directions, radians: the highlight's width; images are sharp");
+
   Record<simulate::Body> body(m, "Body", "");
   body.fields_init()
       .field("name", &simulate::Body::name, "")
@@ -77,11 +85,15 @@ void bind_room(py::module_& m) {
       .field("cutout", &simulate::Body::cutout, "")
       .field("backdrop", &simulate::Body::backdrop,
              "Behind everything, at any distance: seen and lit where eye and light meet nothing\n"
-             "else, it hides nothing. The wall around a sheet, of unknown size.");
+             "else, it hides nothing. The wall around a sheet, of unknown size.")
+      .field("gloss", &simulate::Body::gloss,
+             "of the front of a Rectangle or Polygon; seen with Room.indirect");
 
   Record<simulate::Room> room(m, "Room", "");
   room.fields_init()
       .field("bodies", &simulate::Room::bodies, "")
+      .field("indirect", &simulate::Room::indirect,
+             "Surfaces light each other. Not with surfaces that have colour, nor with devices that move.")
       .field("ambient", &simulate::Room::ambient,
              "irradiance on everything, in units of a projector's full light at one metre")
       .method("index_of", &simulate::Room::index_of,

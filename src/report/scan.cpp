@@ -38,6 +38,17 @@ static void fields(Fields& f, const scan::ScanError& error) {
   f.field("outliers", error.outliers);
 }
 
+static void fields(Fields& f, const scan::ViewerAngle& angle) {
+  f.field("median", angle.median);
+  f.field("of_95", angle.of_95);
+}
+
+static void fields(Fields& f, const scan::ViewerError& error) {
+  f.field("points", error.points);
+  f.field("given", error.given);
+  f.field("placed", error.placed);
+}
+
 static void fields(Fields& f, const ScannedSurface& surface) {
   const scan::ScanCounts& counts = surface.scan.counts;
   const ScanSigmas sigmas = median_sigmas(surface.scan);
@@ -58,6 +69,7 @@ static void fields(Fields& f, const ScannedSurface& surface) {
   f.field("vertices", int(surface.mesh.vertices.size()));
   f.field("triangles", int(surface.mesh.triangles.size()));
   f.optional("true_error", surface.error);
+  f.optional("viewer_error", surface.viewer);
 }
 
 namespace {
@@ -156,6 +168,12 @@ std::vector<std::string> lines(const std::vector<ScannedSurface>& surfaces) {
           "%.2f %% outliers",
           1e3 * surface.error->rms, 1e3 * surface.error->expected_rms, 100 * surface.error->inside_3_sigma,
           100 * surface.error->outliers));
+    if (surface.viewer && surface.viewer->points > 0)
+      out.push_back(format(
+          "           content for the viewer is off by the rig's error, 95 %% of the points: %.2g mrad expected, %.2g mrad in "
+          "95 %% of rigs; placed by this scan: %.2g, %.2g mrad",
+          1e3 * surface.viewer->given.median, 1e3 * surface.viewer->given.of_95,
+          1e3 * surface.viewer->placed.median, 1e3 * surface.viewer->placed.of_95));
   }
   return out;
 }

@@ -26,6 +26,11 @@ std::vector<ImageF> gather_light(const SampledView& view, const std::vector<Show
     for (int y = 0; y < size.height; ++y)
       for (int x = 0; x < size.width; ++x)
         levels[i].at(x, y) = planes[i].white() * view.ambient_level.at(x, y, int(band));
+  for (std::size_t i = 0; i < planes.size() && !view.received.by_frame.empty(); ++i)
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x)
+        levels[i].at(x, y) +=
+            planes[i].white() * view.albedo.at(x, y) * view.received.at(planes[i].frame, x, y);
 
   /// `share(ray)`: how much of a ray's light takes this field.
   const auto add = [&](std::size_t l, const Field& field, const auto& share) {

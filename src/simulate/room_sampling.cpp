@@ -204,6 +204,7 @@ class RoomTracer {
     samples_.view.bands = bands_of(room_);
     samples_.view.ambient_level = ImageF(size, samples_.view.bands);
     if (samples_.view.bands > 1) samples_.view.tints.resize(pixels * rays);
+    if (room_.room->indirect) samples_.view.albedo = ImageF(size);
     for (const RoomLight& light : lights_)
       samples_.view.discs.emplace_back(light.lens.aperture > 0 ? pixels * rays : 0);
     samples_.view.of_light.assign(lights_.size(), std::vector<LightSample>(pixels * rays, {0, 0, 0}));
@@ -286,6 +287,7 @@ class RoomTracer {
   /// A ray's albedo, for the ambient light and for all that `light` puts there.
   double note_albedo(int x, int y, std::size_t ray, const Bands& albedo) {
     SampledView& view = samples_.view;
+    if (room_.room->indirect) view.albedo.at(x, y) += float(share_of_ray() * albedo[0]);
     for (int band = 0; band < view.bands; ++band)
       view.ambient_level.at(x, y, band) +=
           float(share_of_ray() * albedo[std::size_t(band)] * room_.room->ambient);

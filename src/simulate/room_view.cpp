@@ -8,6 +8,7 @@
 
 #include "blur_disc.hpp"
 #include "defocus.hpp"
+#include "indirect.hpp"
 #include "record.hpp"
 #include "room_sampling.hpp"
 
@@ -45,6 +46,14 @@ void check_view(const std::vector<RoomLight>& lights, const RoomViewOptions& opt
           "room_view: blur, vignetting or gamma is negative");
   require(options.noise.at_black >= 0 && options.noise.per_level >= 0, "room_view: negative noise variance");
   require(std::isfinite(options.time) && std::isfinite(options.row_time), "room_view: a time is not finite");
+}
+
+void check_indirect(const Motion& room_from_camera, const std::vector<RoomLight>& lights) {
+  require(room_from_camera.is_still(), "room_view: indirect light of a camera that moves is not simulated");
+  for (const RoomLight& light : lights)
+    for (const ImageU8& frame : light.frames)
+      require(light.room_from_projector.is_still() && frame.channels() == 1,
+              "room_view: indirect light of projectors that move, and of frames in colour, is not simulated");
 }
 
 /// The brightest pixel under full light of all projectors.
@@ -91,6 +100,7 @@ double blur_disc(const ThinLens& lens, const Camera& device, double depth) {
 RoomView room_view(const Room& room, const Camera& camera, const Motion& room_from_camera,
                    const std::vector<RoomLight>& lights, const RoomViewOptions& options) {
   check_view(lights, options);
+  if (room.indirect) check_indirect(room_from_camera, lights);
   std::vector<internal::ShownFrames> shown;
   std::vector<double> reach;
   for (const RoomLight& light : lights) {
@@ -101,6 +111,13 @@ RoomView room_view(const Room& room, const Camera& camera, const Motion& room_fr
   internal::RoomSamples samples =
       internal::sample_room(room, camera, room_from_camera, lights, reach, options);
 
+  if (room.indirect) {
+    require(samples.view.bands == 1,
+            "room_view: the indirect light of surfaces with colour is not simulated");
+    const Pose still = room_from_camera(options.time);
+    internal::add_mirrored_light(room, camera, still, lights, options.threads, samples, shown);
+    internal::add_diffuse_light(room, camera, still, lights, options.threads, samples);
+  }
   internal::Sensor sensor;
   sensor.exposure = options.exposure > 0 ? options.exposure
                                          : options.brightest_grey / brightest_level(samples.view, lights);

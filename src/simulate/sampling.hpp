@@ -1,6 +1,7 @@
 #pragma once
 /// The camera's rays, followed once a view: what each sees, and which projector pixel lights it. All frames
 /// share it.
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -16,6 +17,35 @@ struct LightSample {
   float u, v, level;
 };
 
+/// Irradiance that other surfaces send to what the camera sees, at every eighth pixel.
+constexpr int kReceivedStep = 8;
+inline int received_nodes(int pixels) {
+  return (pixels + kReceivedStep - 2) / kReceivedStep + 1;
+}
+struct ReceivedLight {
+  Image<std::int16_t> body;       ///< that each camera pixel sees
+  Image<std::int16_t> node_body;  ///< the same of the nodes
+  std::vector<ImageF> by_frame;   ///< at the nodes; empty: none
+
+  /// Between the nodes around that see the pixel's body; between all four where none does.
+  float at(std::size_t frame, int x, int y) const {
+    const int column = x / kReceivedStep, row = y / kReceivedStep;
+    const float s = float(x % kReceivedStep) / kReceivedStep, t = float(y % kReceivedStep) / kReceivedStep;
+    float sum = 0, weights = 0, sum_of_all = 0;
+    for (const int j : {0, 1})
+      for (const int i : {0, 1}) {
+        const int c = std::min(column + i, node_body.width() - 1),
+                  r = std::min(row + j, node_body.height() - 1);
+        const float weight = (i ? s : 1 - s) * (j ? t : 1 - t) + 1e-6f, value = by_frame[frame].at(c, r);
+        sum_of_all += weight * value;
+        if (node_body.at(c, r) != body.at(x, y)) continue;
+        sum += weight * value;
+        weights += weight;
+      }
+    return weights > 0 ? sum / weights : sum_of_all;
+  }
+};
+
 struct SampledView {
   int samples_per_pixel = 0;
   int bands = 1;         ///< 3 where surfaces have colour
@@ -27,7 +57,8 @@ struct SampledView {
   std::vector<std::vector<float>> discs;
   /// The radii that are drawn; a disc between two of them is a mixture.
   std::vector<double> disc_radii{kDiscRadii.begin(), kDiscRadii.end()};
-  ImageF albedo;   ///< mean of each camera pixel; empty where nobody needs it
+  ImageF albedo;  ///< mean of each camera pixel; empty where nobody needs it
+  ReceivedLight received;
   ImageF falloff;  ///< of the camera's vignetting, factor of each pixel; empty: none
   /// As of_light, all lights alike: the albedo by band, which is not in the levels then; empty: no colour.
   std::vector<std::array<float, 3>> tints;

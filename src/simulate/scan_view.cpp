@@ -79,11 +79,61 @@ Room steps() {
   return room;
 }
 
+/// Two white walls that meet at 80 degrees, and a floor: they light each other.
+Room niche() {
+  Room room;
+  const Vec3 corner(0.05, 0.12, 2.1);
+  const double left = -0.9, right = left + 100 * kDegree;  // the walls' turns about the vertical
+  room.bodies = {{"left", Rectangle{Vec2(-3, -3), Vec2(0, 1)}, turned(Vec3(0, left, 0), corner), 0.85},
+                 {"right", Rectangle{Vec2(0, -3), Vec2(3, 1)}, turned(Vec3(0, right, 0), corner), 0.85},
+                 {"floor", Rectangle{Vec2(-3, -3), Vec2(3, 3)}, turned(Vec3(-1.15, 0, 0), corner), 0.85}};
+  room.indirect = true;
+  return room;
+}
+
+/// Seen from above: walls and a floor, furniture, a lacquered table, a screen and a dark picture on the wall, a thin pole, a curtain.
+Room furnished() {
+  constexpr double kFloor = 0.3, kBack = 2.15, kRight = 0.55;  // metres, before the room is turned
+  const auto at = [](double x, double y, double z) { return turned(Vec3::Zero(), Vec3(x, y, z)); };
+  Room room;
+  std::vector<Body>& bodies = room.bodies;
+  bodies = {{"back", Rectangle{Vec2(-3, -3), Vec2(kRight, kFloor)}, at(0, 0, kBack), 0.7},
+            {"right", Rectangle{Vec2(0, -3), Vec2(0.9, kFloor)},
+             turned(Vec3(0, kPi / 2, 0), Vec3(kRight, 0, kBack)), 0.55},
+            {"floor", Rectangle{Vec2(-3, -3), Vec2(kRight, 3)},
+             turned(Vec3(kPi / 2, 0, 0), Vec3(0, kFloor, kBack)), 0.4},
+            {"ball", Sphere{0.07}, at(-0.2, 0.03, 1.78), 0.8},
+            {"screen", Rectangle{Vec2(0, 0), Vec2(0.3, 0.2)}, at(-0.35, -0.3, kBack - 0.01), 0.03},
+            {"picture", Rectangle{Vec2(0, 0), Vec2(0.2, 0.25)}, at(0.05, -0.35, kBack - 0.004), 0.05},
+            {"pole", Cylinder{0.008, -0.8, kFloor}, turned(Vec3(-kPi / 2, 0, 0), Vec3(0, 0, 1.75)), 0.6},
+            {"curtain", TriangleMesh(waves(16, 41)), turned(Vec3(0, 0.1, 0), Vec3(-0.6, -0.12, 2.08)), 0.6}};
+  bodies[4].gloss.share = 0.05;
+  const auto add_box = [&](const std::string& name, const Vec3& corner, const Vec3& size, double albedo,
+                           const std::string& glossy, double share) {
+    for (Body& face : box(name, at(corner.x(), corner.y(), corner.z()), size, albedo)) {
+      if (face.name == name + glossy) face.gloss.share = share;
+      bodies.push_back(face);
+    }
+  };
+  add_box("cabinet", Vec3(0.1, -0.04, 1.9), Vec3(0.28, 0.34, 0.22), 0.5, " -z", 0.06);
+  add_box("table", Vec3(-0.42, 0.1, 1.6), Vec3(0.34, 0.025, 0.35), 0.3, " -y", 0.12);
+  for (const double x : {-0.41, -0.11})
+    for (const double z : {1.61, 1.92})
+      add_box("leg", Vec3(x, 0.125, z), Vec3(0.02, kFloor - 0.125, 0.02), 0.3, "", 0);
+  const Vec3 centre(0, 0, 1.9);
+  const Pose turn = turned(Vec3(0.42, 0.2, 0), Vec3::Zero());
+  for (Body& body : bodies)
+    body.room_from_body =
+        Pose(Mat3::Identity(), centre) * turn * Pose(Mat3::Identity(), -centre) * body.room_from_body;
+  room.indirect = true;
+  return room;
+}
+
 }  // namespace
 
 const std::vector<std::string>& scan_scenes() {
-  static const std::vector<std::string> names = {"sphere", "cylinder", "corner", "relief",
-                                                 "steps",  "alcove",   "wall",   "ball"};
+  static const std::vector<std::string> names = {"sphere", "cylinder", "corner", "relief", "steps",
+                                                 "alcove", "wall",     "ball",   "niche",  "furnished"};
   return names;
 }
 
@@ -103,6 +153,10 @@ Room scan_scene(const std::string& name) {
     room = steps();
   } else if (name == "alcove") {
     room = alcove();
+  } else if (name == "niche") {
+    room = niche();
+  } else if (name == "furnished") {
+    room = furnished();
   } else if (name == "wall") {
     room.bodies = {far_wall()};
   } else if (name == "ball") {

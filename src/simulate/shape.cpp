@@ -159,6 +159,10 @@ Points3 hull_of(const Shape& shape) {
 void check_body(const Body& body) {
   require(std::visit([](const auto& s) { return has_extent(s); }, body.shape),
           "simulate: body '" + body.name + "' has no extent, or an arc that is empty or more than a turn");
+  require(body.gloss.share >= 0 && body.gloss.share <= 1 && body.gloss.spread > 0 &&
+              (body.gloss.share == 0 || flat_bounds(body.shape)),
+          "simulate: the gloss of body '" + body.name +
+              "' is not in 0..1, has no spread, or the body is not flat");
   require(!body.cutout || (!body.cutout->mask.empty() && body.cutout->mask.channels() == 1 &&
                            body.cutout->mask_from_uv.allFinite()),
           "simulate: the cutout of body '" + body.name + "' has no mask of one channel, or is not finite");

@@ -72,6 +72,24 @@ TEST(StripeMap, StatesTheScatterOfItsEdges) {
   EXPECT_LT(sum / 540, 1.5);
 }
 
+/// As in a white corner, where light of the other wall moves the edges of one wide stripe.
+TEST(StripeMap, DoesWithoutAnEdgeThatOthersContradict) {
+  StripedView view(0.01, 4);
+  int moved = 0;
+  for (StripeEdge& edge : view.edges)
+    if (edge.axis == StripeAxis::kColumn && edge.projector_coordinate == 32.5) {
+      edge.camera_pixel.x() += 0.4;
+      ++moved;
+    }
+  ASSERT_EQ(moved, 9);
+  const LightMap light = light_map(view.decoded, view.edges);
+  for (int y = 0; y < 9; ++y)
+    for (int x = 0; x < 60; ++x) {
+      ASSERT_TRUE(light.decoded(x, y)) << x << " " << y;
+      EXPECT_NEAR(light.pixel.at(x, y, 0), StripedView::u(x), 0.08) << x << " " << y;
+    }
+}
+
 TEST(StripeMap, JoinsNoTwoSurfaces) {
   StripedView view;
   // Right of x = 30 another surface, 40 projector pixels on.

@@ -14,7 +14,12 @@
 ///
 ///   d = c_i - (1 - t) c_i-1 - t c_i+1,   E[d^2] = slope^2 (s_i^2 + (1 - t)^2 s_i-1^2 + t^2 s_i+1^2) on a smooth surface.
 ///
-/// The median of |d| over what noise explains, if it is more than one, multiplies the axis' standard deviations.
+/// The median of |d| over what noise explains, if it is more than one, multiplies the axis' standard deviations; around a
+/// pixel the median of its neighbourhood, where that is more than twice as large: what a glossy surface mirrors moves edges
+/// there alone.
+///
+/// An edge that alone is off the line of two neighbours on either side by more than four standard deviations is not used: the edges of
+/// wide stripes are moved by the diffuse light of other surfaces (a white corner), which is alike for fine ones.
 ///
 /// Between two edges the line is fitted to these and to the next one on either side, as long as all four lie on one line.
 /// At the border of a surface it goes on over one stripe, as far as the decoded stripes agree: to one stripe, and where the

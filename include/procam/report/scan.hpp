@@ -9,6 +9,7 @@
 #include "procam/core/geometry/mesh.hpp"
 #include "procam/scan/scan.hpp"
 #include "procam/scan/scan_error.hpp"
+#include "procam/scan/viewer_error.hpp"
 
 namespace procam::report {
 
@@ -18,6 +19,7 @@ struct ScannedSurface {
   scan::Scan scan;
   Mesh mesh;
   std::optional<scan::ScanError> error = {};
+  std::optional<scan::ViewerError> viewer = {};
 };
 
 /// "scans": pixels, median standard deviations, consistency, mesh, and the true error; metres.

@@ -1,8 +1,8 @@
 #pragma once
 /// A room: any number of bodies that stand before each other, and what a ray meets there.
 ///
-/// Every body is a shape in its own frame, its place, and its paint. Surfaces are Lambertian and do not light
-/// each other. Both sides of a body are seen, but bodies are surfaces without a lid: a box is its six faces.
+/// Every body is a shape in its own frame, its place, and its paint. Surfaces are Lambertian, flat ones may be glossy
+/// beside. They light each other with Room::indirect alone. Both sides of a body are seen, but bodies are surfaces without a lid: a box is its six faces.
 ///
 ///   Rectangle, Polygon   on the plane z = 0, metres; a print there reads as on a board: x right, y down, z
 ///                        into the paper. u, v: from low to high of the (bounding) rectangle
@@ -96,6 +96,13 @@ struct Cutout {
   Mat3 mask_from_uv = Mat3::Identity();
 };
 
+/// The polish of a flat body, beside its paint: a lacquered table, a window, a screen.
+struct Gloss {
+  double share = 0;  ///< of the light that it mirrors, whatever the angle; 0: none
+  double spread =
+      0.01;  ///< standard deviation of the mirrored directions, radians: the highlight's width; images are sharp
+};
+
 struct Body {
   std::string name;
   Shape shape;
@@ -108,11 +115,14 @@ struct Body {
   /// Behind everything, at any distance: seen and lit where eye and light meet nothing else, it hides
   /// nothing. The wall around a sheet, of unknown size.
   bool backdrop = false;
+  Gloss gloss = {};  ///< of the front of a Rectangle or Polygon; seen with Room::indirect
 };
 
 struct PROCAM_EXPORT Room {
   std::vector<Body> bodies;
   double ambient = 0;  ///< irradiance on everything, in units of a projector's full light at one metre
+  /// Surfaces light each other (room_view.hpp). Not with surfaces that have colour, nor with devices that move.
+  bool indirect = false;
 
   /// The place in the list; throws Error(kInput) with the names there are.
   int index_of(const std::string& name) const;

@@ -3,7 +3,7 @@
 ///
 ///   light(u, v) = (black + (1 - black) (frame / 255)^gamma_l) * tent * disc_l * gaussian(blur_l)
 ///                                                                                  (u, v) projector pixel
-///   level       = albedo * (ambient + sum over lights: intensity * light * cos / d^2)
+///   level       = albedo * (ambient + sum over lights: intensity * light * cos / d^2) + indirect
 ///                                                       mean over samples_per_axis^2 rays a pixel
 ///   linear      = exposure * cos(field angle)^vignetting * (level * disc * gaussian(camera_blur)) + noise
 ///   grey        = round(255 * (clamp(linear, 0, 255) / 255)^(1 / gamma))
@@ -11,6 +11,10 @@
 /// Out of focus the light of a point fills a disc (ThinLens): exact on surfaces that are smooth over its
 /// width; at an outline what is farther is continued behind what is nearer as it looks beside it. Shadows
 /// stay sharp.
+///
+/// Indirect light (Room::indirect) is that of one other surface: the diffuse light of all surfaces that the projectors light
+/// (albedo * E, E = integral of albedo' * light * cos cos' / (pi r^2)), the mirror images that glossy bodies show to the camera, the
+/// light that they throw on, and their highlights. Of diffuse light the projectors' frames count as blocks of 16 pixels or more.
 ///
 /// Colour: red, green and blue light, each with its own albedo where a picture has colour; a grey frame and
 /// the room's light are white. A colour camera's filters are not the lamp's: each channel sees `crosstalk` of

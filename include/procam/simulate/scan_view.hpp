@@ -7,11 +7,14 @@
 ///   relief     a wavy wall: 30 mm high waves of 0.5 and 0.7 m length
 ///   steps      boards of 20 to 120 mm before a wall
 ///   alcove     two walls, a floor, a ball of 0.15 m, and a relief: for several stations
+///   niche      two white walls at 80 degrees and a floor, which light each other
+///   furnished  walls, floor, furniture, a dark picture, a thin pole, a curtain; a lacquered table top, a cabinet and a screen that
+///              mirror 5 to 12 % of the light; all light each other
 ///   wall, ball one plane, a ball alone: a station may slide along them unseen
 ///
 /// At 1 to 2 m from the camera, in the frame of the level's rig; albedos differ. Light and sensor are those of the
 /// level (level_conditions()) as far as a room has them (room_view.hpp): gamma, vignetting, noise, blur and defocus;
-/// not indirect light and glare.
+/// not glare; indirect light in the last two rooms alone.
 #include <string>
 #include <vector>
 

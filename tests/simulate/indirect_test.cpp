@@ -76,15 +76,15 @@ TEST(IndirectLight, OfALitWallIsTheSumOverItsPixels) {
   light.frames = {ImageU8(256, 192)};
   for (int v = 30; v < 192; ++v)
     for (int u = 0; u < 200; ++u) light.frames[0].at(u, v) = std::uint8_t(v < 100 ? 255 : 60 + u / 2);
-  const Camera camera{{48, 36}, {45, 47, 22, 19, 0.2}, NoDistortion{}};
+  const Camera camera{{240, 180}, {225, 235, 112, 97, 1}, NoDistortion{}};
   const Pose room_from_camera = turned(Vec3(0.1, 1.1, 0.05), Vec3(-0.6, 0.05, 0.5));
   RoomViewOptions options;
   options.exposure = 12000;
   const RoomView view = room_view(room, camera, room_from_camera, {light}, options);
   const std::vector<LitPoint> lit = lit_points(room, light);
   int compared = 0;
-  for (int y = 2; y < 36; y += 5)
-    for (int x = 2; x < 48; x += 5) {
+  for (int y = 12; y < 180; y += 25)
+    for (int x = 12; x < 240; x += 25) {
       if (view.truth.body.at(x, y) != 1 || view.truth.light[0].lit.at(x, y)) continue;
       const auto hit = nearest_hit(
           room, {room_from_camera.translation, room_from_camera.rotate(*camera.unproject(Vec2(x, y)))});
@@ -96,7 +96,7 @@ TEST(IndirectLight, OfALitWallIsTheSumOverItsPixels) {
     }
   EXPECT_GT(compared, 15);
   room.indirect = false;
-  EXPECT_EQ(room_view(room, camera, room_from_camera, {light}, options).image().at(24, 18), 0);
+  EXPECT_EQ(room_view(room, camera, room_from_camera, {light}, options).image().at(120, 90), 0);
 }
 
 /// A wall, and a glossy floor before it; both devices look down at their edge.

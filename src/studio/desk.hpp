@@ -114,11 +114,7 @@ class Desk {
   void find_drift();
   /// The wall without the board under each frame, in folder/view_00.
   void capture_wall(const std::string& pattern, const std::filesystem::path& folder);
-  void run_show();
-  void map_by_hand();
   void look_around();
-  void serve_beside(show::ShowOptions& options);
-  show::ShowOptions show_options(const std::filesystem::path& surfaces) const;
   void take_calibration();
   /// With one of the projectors, while the others are black.
   session::CaptureRig capture_rig(std::size_t projector);
@@ -130,6 +126,12 @@ class Desk {
   int projectors_in_turn() const;
   /// The simulated person's; false: it cannot be held.
   bool hold_listed_pose(int number);
+
+  // desk_show.cpp
+  void run_show();
+  void map_by_hand();
+  void serve_beside(show::ShowOptions& options);
+  show::ShowOptions show_options(const std::filesystem::path& surfaces) const;
 
   // desk_state.cpp
   std::string state_text() const;

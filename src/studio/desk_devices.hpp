@@ -1,9 +1,12 @@
 #pragma once
-/// The desk's devices, looked at on their way.
+/// What the desk passes to others: its camera, looked at on the way, and the listener of its shows.
 #include <functional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "desk.hpp"
+#include "procam/show/run.hpp"
 
 namespace procam::studio {
 
@@ -21,6 +24,30 @@ class Desk::Camera : public device::FrameSource {
  private:
   device::FrameSource& source_;
   std::function<void(const device::SeenFrame&)> seen_;
+};
+
+/// Shows the desk what a running show reports, and gives it the page's commands.
+class Desk::ShowFollower : public show::ShowListener {
+ public:
+  explicit ShowFollower(Desk& desk) : desk_(desk) {}
+  void on_start(const std::string& sentence) override {
+    const std::string page = "control page: ";
+    if (sentence.rfind(page, 0) == 0)
+      desk_.show_url_ = sentence.substr(page.size());
+    else
+      desk_.say(sentence);
+  }
+  void on_load(int, int) override { desk_.pump(); }
+  void on_event(const std::string& sentence) override { desk_.say(sentence); }
+  void on_frame(const show::ShowReport& report) override {
+    desk_.done_ = int(report.metrics.frames);
+    desk_.look(0);
+    desk_.pump();
+  }
+  std::vector<std::string> commands() override { return std::exchange(desk_.show_commands_, {}); }
+
+ private:
+  Desk& desk_;
 };
 
 }  // namespace procam::studio

@@ -1,4 +1,4 @@
-/// The long works of the desk: captures, measurements of the wall, the show.
+/// The long works of the desk: checks, captures, measurements of the wall.
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -116,29 +116,6 @@ class Desk::CaptureDialog : public session::RecorderDialog {
   Desk& desk_;
   int guided_ = -1;
   int others_ = 0;  ///< poses of the list that were tried instead of the advised one
-};
-
-class Desk::ShowFollower : public show::ShowListener {
- public:
-  explicit ShowFollower(Desk& desk) : desk_(desk) {}
-  void on_start(const std::string& sentence) override {
-    const std::string page = "control page: ";
-    if (sentence.rfind(page, 0) == 0)
-      desk_.show_url_ = sentence.substr(page.size());
-    else
-      desk_.say(sentence);
-  }
-  void on_load(int, int) override { desk_.pump(); }
-  void on_event(const std::string& sentence) override { desk_.say(sentence); }
-  void on_frame(const show::ShowReport& report) override {
-    desk_.done_ = int(report.metrics.frames);
-    desk_.look(0);
-    desk_.pump();
-  }
-  std::vector<std::string> commands() override { return std::exchange(desk_.show_commands_, {}); }
-
- private:
-  Desk& desk_;
 };
 
 void Desk::run_job() {
@@ -462,54 +439,6 @@ void Desk::find_drift() {
                                               screens_.at(i).size(), rig().camera().camera.size)});
   drift_ = check_drift(rig(), surfaces_, captured);
   for (const WallDrift& wall : drift_->walls) say(to_sentence(wall));
-}
-
-show::ShowOptions Desk::show_options(const fs::path& surfaces) const {
-  show::ShowOptions options;
-  options.surfaces = surfaces.string();
-  const std::vector<ChosenProjector> projectors = project_.choices.projectors();
-  if (projectors.size() == 1 && !stage_) options.display = projectors.front().display;
-  if (projectors.size() > 1)
-    for (const ChosenProjector& one : projectors)
-      options.screens.push_back(
-          {one.name, stage_ ? std::nullopt : std::optional(one.display), stage_ ? "none" : ""});
-  return options;
-}
-
-void Desk::run_show() {
-  if (surfaces_.surfaces.empty())
-    throw Error(ErrorKind::kInput, "show", "there is no surface", "make one in the step 'surfaces'");
-  show::ShowOptions options = show_options(project_.surfaces());
-  show::save_options(project_.show(), options);
-  serve_beside(options);
-  ShowFollower follower(*this);
-  if (screens_.size() < 2) {
-    show::run(rig(), options, screens_.at(), &follower);
-    return;
-  }
-  std::vector<show::ScreenSink> sinks;
-  for (std::size_t i = 0; i < screens_.size(); ++i) sinks.push_back({screens_.name(i), screens_.at(i)});
-  show::run(rig(), options, sinks, &follower);
-}
-
-/// Neither board nor camera: corners in the first projector's pixels, dragged at the control page.
-void Desk::map_by_hand() {
-  show::ShowOptions options = show_options(project_.mapping());
-  options.screens.clear();
-  options.autosave = true;
-  serve_beside(options);
-  ShowFollower follower(*this);
-  show::run(options, screens_.at(), &follower);
-}
-
-/// The show's control page has a port of its own.
-void Desk::serve_beside(show::ShowOptions& options) {
-  const std::size_t colon = options_.control.rfind(':');
-  options.control = (colon == std::string::npos ? "" : options_.control.substr(0, colon + 1)) + "0";
-  options.token = options_.token;
-  if (stage_) options.fps = options_.simulate->frames_per_s;
-  frozen_ = false;
-  doing_ = "frames shown";
 }
 
 void Desk::take_calibration() {

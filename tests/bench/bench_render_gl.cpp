@@ -14,6 +14,7 @@
 #include <random>
 
 #include "procam/render/gl.hpp"
+#include "render/gl/display_of_card.hpp"
 #include "render/rooms.hpp"
 #include "wall_of_triangles.hpp"
 
@@ -83,8 +84,7 @@ void draw(benchmark::State& state, const Scene& shown, Filter filter, bool movin
 
 /// The mesh drawn as a textbook does.
 void draw_plainly(benchmark::State& state) {
-  const EGLDisplay display =
-      eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+  const EGLDisplay display = display_of_card();
   const EGLint any[] = {EGL_SURFACE_TYPE, 0, EGL_NONE};
   const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION_KHR, 3, EGL_CONTEXT_MINOR_VERSION_KHR, 3, EGL_NONE};
   EGLConfig config = nullptr;

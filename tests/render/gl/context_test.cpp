@@ -6,6 +6,7 @@
 
 #include "procam/core/base/error.hpp"
 #include "procam/render/gl.hpp"
+#include "render/gl/display_of_card.hpp"
 #include "render/rooms.hpp"
 
 namespace procam {
@@ -18,7 +19,7 @@ using render_gl::GlRenderer;
 class CallersContext {
  public:
   explicit CallersContext(EGLenum api) {
-    display_ = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+    display_ = display_of_card();
     if (!eglInitialize(display_, nullptr, nullptr) || !eglBindAPI(api)) return;
     const EGLint wanted[] = {EGL_SURFACE_TYPE, 0, EGL_NONE};
     EGLConfig config = nullptr;

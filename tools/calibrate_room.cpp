@@ -21,21 +21,26 @@ void require_outputs(const RoomFlags& flags) {
     if (!path.empty()) io::require_writable(path);
 }
 
-/// All views' light.
-std::vector<room::PositionLight> read_lights(const session::SessionPlan& plan,
-                                             session::SessionContents& contents, TargetSearch& targets,
-                                             Diagnostics& remarks, Console& console) {
+struct RoomCaptures {
   std::vector<room::PositionLight> lights;
+  std::vector<CameraExif> exif;
+};
+
+/// All views' light.
+RoomCaptures read_captures(const session::SessionPlan& plan, session::SessionContents& contents,
+                           TargetSearch& targets, Diagnostics& remarks, Console& console) {
+  RoomCaptures captures;
   for (const session::PlannedView& view : plan.views) {
     console.progress("reading " + view.name, int(contents.views++), int(plan.views.size()));
     for (session::CapturedLight& seen : session::read_light(plan, view.name)) {
       remarks.append(seen.light.diagnostics);
       targets.look(seen);
       contents.inputs.insert(contents.inputs.end(), seen.inputs.begin(), seen.inputs.end());
-      lights.push_back({seen.camera, seen.view, seen.projector, std::move(seen.light)});
+      if (seen.exif) captures.exif.push_back({seen.camera, seen.view, *seen.exif});
+      captures.lights.push_back({seen.camera, seen.view, seen.projector, std::move(seen.light)});
     }
   }
-  return lights;
+  return captures;
 }
 
 ExitCode calibrate_room(const RoomFlags& flags, Console& console) {
@@ -46,13 +51,14 @@ ExitCode calibrate_room(const RoomFlags& flags, Console& console) {
   Diagnostics remarks;
   session::SessionContents contents;
   TargetSearch targets(flags.marker, flags.board);
-  const std::vector<room::PositionLight> lights = read_lights(plan, contents, targets, remarks, console);
+  const RoomCaptures captures = read_captures(plan, contents, targets, remarks, console);
   room::RoomPointsOptions points_options;
   points_options.points_a_map = flags.points_a_map;
   points_options.marked = marked_pixels(flags);
-  const room::RoomPoints points = room::room_points(lights, points_options);
+  const room::RoomPoints points = room::room_points(captures.lights, points_options);
   room::RoomOptions options = room_options(flags, points);
   options.targets = targets.found();
+  options.camera_sheets = camera_sheets(captures.exif, remarks);
   console.progress("solving", 0, 1);
   const double start = steady_now();
   report::RoomReport report{room::calibrate_room(points, options), {}, 0};
@@ -62,6 +68,8 @@ ExitCode calibrate_room(const RoomFlags& flags, Console& console) {
   contents.options = {{"pattern", session::pattern_text(plan)}};
   result.rig.provenance = session::provenance(contents, "calibrate-room");
   for (const auto& [name, value] : given_options(flags)) result.rig.provenance.options[name] = value;
+  for (const auto& [name, sheet] : options.camera_sheets)
+    result.rig.provenance.options["lens of " + name] = sheet.source;
   io::save_rig(flags.output, result.rig);
   if (!flags.points.empty()) io::save_points(flags.points, result.walls);
   if (!flags.preview.empty()) io::save_image(flags.preview, report::room_calibration_picture(result));

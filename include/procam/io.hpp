@@ -9,6 +9,7 @@
 #include "procam/io/exchange/world_axes.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/depth_file.hpp"
+#include "procam/io/image/exif.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/image/pfm.hpp"
 #include "procam/io/marker_map_file.hpp"

@@ -56,6 +56,11 @@ void Route::check_names() const {
   };
   for (const auto& [name, lens] : options_.cameras) require_known(points_.cameras, name, "known camera");
   for (const auto& [name, sheet] : options_.projectors) require_known(points_.projectors, name, "projector");
+  for (const auto& [name, sheet] : options_.camera_sheets) {
+    require_known(points_.cameras, name, "camera");
+    require(sheet.focal_px.value > 0 && sheet.focal_px.sigma > 0,
+            "calibrate_room: a camera's stated focal length needs a value and a deviation above zero");
+  }
   require(!options_.distances.empty() || !options_.targets.empty(), "calibrate_room: no known distance");
   for (const KnownDistance& distance : options_.distances) {
     require(distance.length > 0 && distance.sigma >= 0 &&
@@ -70,10 +75,18 @@ RoomState Route::start() const {
   if (plan_.cameras_known) return start_room(points_, plan_, options_.threads).state;
   std::optional<Started> best;
   std::optional<Error> problem;
-  for (int step = -5; step <= 5; ++step) {
+  // As far as two deviations of what is known of each focal length.
+  constexpr double kStride = 0.15;
+  std::vector<double> reach(points_.cameras.size(), 0);
+  for (std::size_t c = 0; c < reach.size(); ++c)
+    if (plan_.guess[c]) reach[c] = std::clamp(2 * plan_.guess[c]->focal_sigma, 0.0, 5 * kStride);
+  const int steps =
+      std::max(2, int(std::ceil(*std::max_element(reach.begin(), reach.end()) / kStride - 1e-9)));
+  for (int step = -steps; step <= steps; ++step) {
     LensPlan plan = plan_;
     for (std::size_t c = 0; c < points_.cameras.size(); ++c)
-      if (plan.guess[c]) plan.lenses[c].intrinsics.fx = plan.lenses[c].intrinsics.fy *= std::exp(0.15 * step);
+      if (plan.guess[c])
+        plan.lenses[c].intrinsics.fx = plan.lenses[c].intrinsics.fy *= std::exp(reach[c] * step / steps);
     try {
       Started trial = start_room(points_, plan, options_.threads);
       if (!best || trial.merit < best->merit) best = std::move(trial);
@@ -201,7 +214,8 @@ RoomCalibration calibrate_room(const RoomPoints& points, const RoomOptions& opti
         ErrorKind::kNotEnoughData, "the room's light",
         std::to_string(points.points.size()) + " points are read, " + std::to_string(kFewest) + " are needed",
         "darken the room, raise the camera's exposure, and see that it looks at the projected picture");
-  return Route(points, options).run();
+  return options.camera_sheets.empty() ? Route(points, options).run()
+                                       : calibrate_with_sheets(points, options);
 }
 
 }  // namespace procam::room

@@ -123,7 +123,7 @@ LensGuess projector_guess(const Device& projector, const LensSheet& sheet) {
   return guess;
 }
 
-LensGuess camera_guess(const Device& camera) {
+LensGuess camera_guess(const Device& camera, const CameraSheet* sheet) {
   LensGuess guess;
   guess.size = camera.size;
   const double width = camera.size.width, height = camera.size.height;
@@ -131,6 +131,10 @@ LensGuess camera_guess(const Device& camera) {
   guess.focal_sigma = 0.5;
   guess.centre = Vec2(0.5 * (width - 1), 0.5 * (height - 1));
   guess.centre_sigma = Vec2(0.02 * width, 0.02 * width);
+  if (sheet != nullptr) {
+    guess.focal = sheet->focal_px.value;
+    guess.focal_sigma = sheet->focal_px.sigma / sheet->focal_px.value;
+  }
   return guess;
 }
 
@@ -152,7 +156,8 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options) {
     const auto known = options.cameras.find(camera.name);
     if (known == options.cameras.end()) {
       plan.cameras_known = false;
-      add_unknown(camera_guess(camera));
+      const auto sheet = options.camera_sheets.find(camera.name);
+      add_unknown(camera_guess(camera, sheet == options.camera_sheets.end() ? nullptr : &sheet->second));
       continue;
     }
     const Camera& lens = known->second.lens;

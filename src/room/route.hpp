@@ -101,4 +101,7 @@ class Route {
   RoomCalibration result_;
 };
 
+/// calibrate_room() with what is known of cameras' focal lengths; a sheet that the light contradicts is not used.
+RoomCalibration calibrate_with_sheets(const RoomPoints& points, const RoomOptions& options);
+
 }  // namespace procam::room

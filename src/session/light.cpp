@@ -46,6 +46,7 @@ CapturedLight read_stack_light(const SessionPlan& plan, const PlannedView& view,
   const io::CaptureFolder captures = io::load_capture_folder(stack.folder, projector->pattern->frame_count(),
                                                              projector->pattern->channels());
   remember(captures.files);
+  seen.exif = io::exif_focal(captures.files.front());
   std::optional<PatternLight> read =
       projector->pattern->read_light_map(std::vector<ViewU8>(captures.frames.begin(), captures.frames.end()));
   if (!read)

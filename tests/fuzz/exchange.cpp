@@ -4,6 +4,7 @@
 
 #include "exchange/mpcdi_xml.hpp"
 #include "fuzz_target.hpp"
+#include "image/exif_bytes.hpp"
 #include "image/image_check.hpp"
 #include "image/npy.hpp"
 #include "image/pfm_bytes.hpp"
@@ -118,6 +119,8 @@ void image(std::string_view bytes) {
   const std::string checked =
       bytes.substr(0, 4) == "\x89PNG" ? with_png_checksums(bytes) : std::string(bytes);
   const io::ImageCheck header = io::check_image(checked);
+  if (const auto focal = io::exif_focal_in(checked))
+    check(focal->focal_px > 0 && focal->focal_px < 1e12, "a focal length that is none");
   if (!header.damage.empty()) return;
   if (header.width < 1 || header.width > kDecoded || header.height < 1 ||
       header.width * header.height > kDecoded)

@@ -1,6 +1,7 @@
 #include "common/room_flags.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 
 #include "common/cli.hpp"
 #include "common/light_flags.hpp"
@@ -122,7 +123,7 @@ void declare_room(CLI::App& app, RoomFlags& flags) {
       "Lens of the camera: a rig file of calibrate-camera, or another program's calibration "
       "(docs/exchange.md). Of several "
       "cameras NAME=FILE for each, or one file with all. Without it the lens is estimated from the room, "
-      "less certainly");
+      "less certainly, with the focal length in the images' EXIF (+-10%) where they have one");
   add_parsed(
       app, "--lens-sigma", [&](const std::string& text) { flags.lens_sigma = parse_share(text); },
       "Deviation of a --known-camera whose file has no covariance, as a share of its focal length: 0.5%, or 0 for an "
@@ -209,6 +210,29 @@ room::RoomOptions room_options(const RoomFlags& flags, const room::RoomPoints& p
     options.distances.push_back(std::move(known));
   }
   return options;
+}
+
+std::map<std::string, room::CameraSheet> camera_sheets(const std::vector<CameraExif>& exif,
+                                                       Diagnostics& remarks) {
+  constexpr double kSameLens = 0.01;
+  std::map<std::string, const CameraExif*> first;
+  std::map<std::string, room::CameraSheet> sheets;
+  for (const CameraExif& seen : exif) {
+    const std::string name = seen.camera.empty() ? "camera" : seen.camera;
+    const auto [at, is_first] = first.try_emplace(name, &seen);
+    const io::ExifFocal& focal = seen.focal;
+    if (is_first) {
+      sheets[name] = {{focal.focal_px, focal.sigma_share * focal.focal_px},
+                      "the images' EXIF (" + focal.description() + ")"};
+    } else if (std::abs(focal.focal_px / at->second->focal.focal_px - 1) > kSameLens &&
+               sheets.erase(name) > 0) {
+      remarks.warn("exif_changes", "camera '" + name + "': the images' EXIF has " +
+                                       at->second->focal.description() + " in view '" + at->second->view +
+                                       "' and " + focal.description() + " in '" + seen.view +
+                                       "'; it is not used. A lens that zooms needs a fixed setting");
+    }
+  }
+  return sheets;
 }
 
 std::map<std::string, std::string> given_options(const RoomFlags& flags) {

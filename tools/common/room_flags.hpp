@@ -7,6 +7,7 @@
 
 #include "procam/core/board/board.hpp"
 #include "procam/core/board/marker.hpp"
+#include "procam/io/image/exif.hpp"
 #include "procam/io/text.hpp"
 #include "procam/room/calibrate_room.hpp"
 #include "procam/session/reader.hpp"
@@ -48,6 +49,16 @@ std::vector<room::MarkedPixel> marked_pixels(const RoomFlags& flags);
 
 /// What is known of the session's devices. Throws Error(kInput) for files and names that do not fit them.
 room::RoomOptions room_options(const RoomFlags& flags, const room::RoomPoints& points);
+
+/// What the first image of a view's captures states of a camera's lens.
+struct CameraExif {
+  std::string camera, view;
+  io::ExifFocal focal;
+};
+
+/// By camera, of those that all views agree on; of others a remark.
+std::map<std::string, room::CameraSheet> camera_sheets(const std::vector<CameraExif>& exif,
+                                                       Diagnostics& remarks);
 
 /// As given, for the rig's provenance.
 std::map<std::string, std::string> given_options(const RoomFlags& flags);

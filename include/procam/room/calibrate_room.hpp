@@ -51,6 +51,12 @@ struct Estimate {
   double value = 0, sigma = 0;
 };
 
+/// What is known of the focal length of a camera whose lens is estimated: EXIF, a data sheet.
+struct CameraSheet {
+  Estimate focal_px;
+  std::string source;  ///< for messages: "28 mm equivalent by the images' EXIF"
+};
+
 /// A projector's data sheet, as far as it is known.
 struct LensSheet {
   std::optional<Estimate> throw_ratio;  ///< distance over width of the picture
@@ -80,7 +86,10 @@ struct KnownTarget {
 };
 
 struct RoomOptions {
-  std::map<std::string, CameraLens> cameras;    ///< by name; of the others the lens is estimated
+  std::map<std::string, CameraLens> cameras;  ///< by name; of the others the lens is estimated
+  /// By name: a prior for cameras whose lens is estimated. One that the light contradicts is not used
+  /// ("camera_sheet_disagrees"). For a known camera it is compared with the known focal length alone.
+  std::map<std::string, CameraSheet> camera_sheets;
   std::map<std::string, LensSheet> projectors;  ///< by name
   std::vector<KnownDistance> distances;         ///< at least one, or a target
   std::vector<KnownTarget> targets;
@@ -129,7 +138,9 @@ struct RoomCalibration {
 
 /// Notes of assumptions travel in the result: "planar_room", "one_position", "lens_estimated", "lens_unchecked" (a lens
 /// without a stated deviation that the light does not determine). "known_lens_disagrees": the light contradicts a known
-/// lens; a failure for a lens with a stated deviation, else a warning, and the light's estimate is in use. Throws
+/// lens; a failure for a lens with a stated deviation, else a warning, and the light's estimate is in use.
+/// "camera_sheet": the prior of a camera's focal length and what became of it; "camera_sheet_disagrees", a warning: the light,
+/// or a known lens, contradicts it by more than three standard deviations of the difference. Throws
 /// Error(kDegenerate) for a room or devices whose light does not determine the rig (one plane, no parallax, one
 /// position without a data sheet), Error(kNotEnoughData) for devices that share too few points with the others,
 /// Error(kNotConverged) for light that no rig explains: a wrong lens or size, a device that moved; Error(kInput) for

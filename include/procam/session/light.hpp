@@ -6,11 +6,13 @@
 ///   options.needs_board = false;
 ///   for (const session::CapturedLight& seen : session::read_light(session::open("captures", options)))
 ///     const scan::Scan room = scan::measure_depth(seen.light, rig, seen.camera, seen.projector);
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "procam/core/base/export.hpp"
 #include "procam/core/rig/light_map.hpp"
+#include "procam/io/image/exif.hpp"
 #include "procam/session/reader.hpp"
 
 namespace procam::session {
@@ -19,7 +21,8 @@ namespace procam::session {
 struct CapturedLight {
   std::string view, camera, projector;
   LightMap light;
-  ImageU8 flat_lit;  ///< the same view under flat light
+  ImageU8 flat_lit;                   ///< the same view under flat light
+  std::optional<io::ExifFocal> exif;  ///< of the first capture
   std::vector<InputFile> inputs;
 };
 

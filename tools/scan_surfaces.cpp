@@ -113,7 +113,10 @@ std::vector<report::ScannedSurface> scans_of(const Flags& flags, const std::stri
     report::ScannedSurface surface;
     surface.name = scan_name(seen.camera, seen.projector, lights.size());
     surface.scan = scan::measure_depth(seen.light, rig, seen.camera, seen.projector, flags.scan);
-    if (flags.eye) surface.viewer = scan::viewer_error(surface.scan, *flags.eye);
+    if (flags.eye) {
+      surface.viewer = scan::viewer_error(surface.scan, *flags.eye);
+      remarks.append(surface.viewer->diagnostics);
+    }
     if (is_alone) surface.mesh = scan::mesh_of(surface.scan, flags.stations.merge.mesh);
     if (is_alone && !flags.truth.empty())
       surface.error = true_error(truth_of(flags, plan, seen.camera), surface.scan);

@@ -123,7 +123,9 @@ void bind_error(py::module_& m) {
       .field("points", &scan::ViewerError::points, "0: the rig has no covariance")
       .field("given", &scan::ViewerError::given, "for positions that are given in the rig's frame")
       .field("placed", &scan::ViewerError::placed,
-             "for an eye and content that were placed by the scan: without the common rigid motion");
+             "for an eye and content that were placed by the scan: without the common rigid motion")
+      .field("diagnostics", &scan::ViewerError::diagnostics,
+             "viewer_off: more than a pixel of a viewer's image in more than 5 % of the rigs");
   function(m, "viewer_error", &scan::viewer_error,
            "By 400 rigs drawn from the covariance, always the same ones. Throws\n"
            "std::invalid_argument for an eye that is not finite.",

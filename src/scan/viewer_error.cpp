@@ -5,6 +5,7 @@
 #include <random>
 
 #include "procam/core/base/stats.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "rig_error.hpp"
 
@@ -77,6 +78,20 @@ ViewerAngle angles(const MovedPoints& moved, const Vec3& eye) {
   return {quantile(of_rigs, 0.5), quantile(of_rigs, 0.95)};
 }
 
+void remark_viewer(ViewerError& error) {
+  if (!(error.given.of_95 > kViewerPixel)) return;
+  const auto pixels = [](double angle) { return px(angle / kViewerPixel, 1); };
+  error.diagnostics.warn(
+      "viewer_off",
+      "content for the viewer is off by more than 1 px of an image of 1280 px across 60 degrees in more than 5 % of the rigs "
+      "with this covariance (by " +
+          pixels(error.given.of_95) + "), where eye and content are given in the rig; " +
+          (error.placed.of_95 > kViewerPixel ? "placed by this scan by " + pixels(error.placed.of_95) +
+                                                   "; calibrate the rig with more views"
+                                             : "place both by this scan (" + pixels(error.placed.of_95) +
+                                                   "), or calibrate the rig with more views"));
+}
+
 }  // namespace
 
 ViewerError viewer_error(const Scan& scan, const Vec3& eye_in_rig) {
@@ -88,6 +103,7 @@ ViewerError viewer_error(const Scan& scan, const Vec3& eye_in_rig) {
   out.given = angles(moved, eye_in_rig);
   remove_rigid_motion(moved);
   out.placed = angles(moved, eye_in_rig);
+  remark_viewer(out);
   return out;
 }
 

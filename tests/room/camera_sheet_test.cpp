@@ -16,7 +16,7 @@ struct SheetResult {
 /// Two places of a camera whose lens is not known, but for a focal length stated `factor` times too long.
 SheetResult solve_with_sheet(std::optional<double> factor, unsigned seed) {
   const NumericWorld world = numeric_world(1, 2, 1);
-  const room::RoomPoints points = read_points(world, 44, {0.05, 0.01, seed});
+  const room::RoomPoints points = read_points(world, 60, {0.05, 0.01, seed});
   room::RoomOptions options;
   options.threads = 2;
   options.max_wall_sigma = 0.1;
@@ -42,14 +42,13 @@ TEST(CameraSheet, IsAPriorThatTheResultKeepsTo) {
 
 /// The EXIF of another lens: said, and as if it were not there.
 TEST(CameraSheet, ThatTheLightContradictsIsNotUsed) {
-  for (const double factor : {0.4, 2.2}) {
-    const SheetResult wrong = solve_with_sheet(factor, 3), bare = solve_with_sheet(std::nullopt, 3);
-    const auto* remark = wrong.result.diagnostics.find("camera_sheet_disagrees");
-    ASSERT_NE(remark, nullptr) << factor;
-    EXPECT_EQ(parameters_of(wrong.result.rig.cameras[0].camera),
-              parameters_of(bare.result.rig.cameras[0].camera));
-    EXPECT_FALSE(wrong.result.diagnostics.failed());
-  }
+  const SheetResult bare = solve_with_sheet(std::nullopt, 3);
+  const SheetResult wrong = solve_with_sheet(2.2, 3);
+  const auto* remark = wrong.result.diagnostics.find("camera_sheet_disagrees");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_EQ(parameters_of(wrong.result.rig.cameras[0].camera),
+            parameters_of(bare.result.rig.cameras[0].camera));
+  EXPECT_FALSE(wrong.result.diagnostics.failed());
 }
 
 TEST(CameraSheet, IsComparedWithAKnownLens) {

@@ -77,6 +77,22 @@ TEST(ViewerError, IsWhatDrawnRigsHave) {
   EXPECT_NEAR(predicted.placed.median / median(placed), 1, 0.3);
 }
 
+/// More than a pixel of a viewer's image is said, less is not.
+TEST(ViewerError, SaysWhenItExceedsAPixel) {
+  Rig rig = test::true_rig();
+  std::mt19937 random(17);
+  const LightMap light = test::look(rig, test::alcove(), Pose(), 1e-3, random).light;
+  const ViewerError before = viewer_error(measure_depth(light, rig, "", "", one_thread()), kEye);
+  ASSERT_GT(before.given.of_95, 0);
+  for (const double pixels : {0.7, 1.5}) {
+    Rig scaled = rig;
+    scaled.covariance.matrix *= std::pow(pixels * kViewerPixel / before.given.of_95, 2);
+    const ViewerError error = viewer_error(measure_depth(light, scaled, "", "", one_thread()), kEye);
+    EXPECT_NEAR(error.given.of_95 / kViewerPixel, pixels, 0.15);  // other draws of 400 rigs
+    EXPECT_EQ(error.diagnostics.find("viewer_off") != nullptr, pixels > 1);
+  }
+}
+
 TEST(ViewerError, NeedsACovarianceAndAnEye) {
   Rig rig = test::true_rig();
   std::mt19937 random(2);

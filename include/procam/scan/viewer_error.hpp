@@ -22,9 +22,14 @@ struct ViewerAngle {
   double of_95 = 0;   ///< 95 % of the rigs are within
 };
 
+/// A pixel of a viewer's image, radians: 1280 pixels across 60 degrees.
+inline constexpr double kViewerPixel = 1.0 / 1100;
+
 struct ViewerError {
   int points = 0;  ///< one of each cell of the image (RigModes); 0: the rig has no covariance
   ViewerAngle given, placed;
+  /// "viewer_off", a warning: `given` exceeds a pixel in more than 5 % of the rigs.
+  Diagnostics diagnostics;
 };
 
 /// By 400 rigs drawn from the covariance, always the same ones. The light's noise is not part of it. Points that are hidden from the eye

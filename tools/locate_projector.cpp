@@ -94,7 +94,7 @@ ExitCode locate(const Flags& flags, Console& console) {
   const RigProjector& projector = rig.projector(flags.projector);
   const MarkerMap map = flags.marker ? *flags.marker : io::load_marker_map(flags.markers);
   const io::LoadedImage loaded = io::load_image(flags.image);
-  const ImageU8 grey = io::to_gray(loaded.image);
+  const ImageU8 grey = io::green_channel(loaded.image);
   if (grey.size() != camera.camera.size)
     throw Error(ErrorKind::kInput, flags.image,
                 "it has " + std::to_string(grey.width()) + "x" + std::to_string(grey.height()) +

@@ -18,7 +18,7 @@ Error camera_error(const std::string& name, const std::string& why, const std::s
 ImageU8 to_grey(const cv::Mat& picture, const std::string& name) {
   cv::Mat grey;
   if (picture.type() == CV_8UC3)
-    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+    cv::extractChannel(picture, grey, 1);  // as io::green_channel()
   else if (picture.type() == CV_8UC1)
     grey = picture;
   else

@@ -6,7 +6,7 @@ namespace procam::device {
 namespace {
 
 ImageU8 load_grey(const std::filesystem::path& file) {
-  return io::to_gray(io::load_image(file).image);
+  return io::green_channel(io::load_image(file).image);
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ class Ros2Camera : public FrameSource {
   void listen() {
     try {
       while (!stop_)
-        if (auto image = topic_.next()) queue_.push({io::to_gray(image->pixels), image->time});
+        if (auto image = topic_.next()) queue_.push({io::green_channel(image->pixels), image->time});
     } catch (...) {
       queue_.fail(std::current_exception());
     }

@@ -97,6 +97,13 @@ void bind_images(py::module_& m) {
            "Grey from R G B (A ignored): ITU-R BT.601 luma, 0.299 R + 0.587 G + 0.114 B,\n"
            "rounded. One channel is copied.",
            py::arg("image"));
+  function(m, "green_channel", &io::green_channel,
+           "G of R G B (A ignored): the grey image that is measured where a camera's image has\n"
+           "colour. One channel is copied. A colour sensor has a green filter on every second pixel\n"
+           "and a red or a blue one on every fourth, so interpolated red and blue displace edges by\n"
+           "their place among the pixels; and a lens with lateral colour has another magnification\n"
+           "in each. Luma mixes all three.",
+           py::arg("image"));
   function(m, "save_image", &io::save_image,
            "Writes a PNG, at once or not at all. Throws Error(kUnsupported) unless the name ends\n"
            "in .png.",

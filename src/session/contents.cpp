@@ -48,7 +48,7 @@ SessionContents read_observations(const fs::path& file, const std::vector<Device
 }
 
 Detections read_board_image(const fs::path& file, const Board& board) {
-  return detect::detect_board(io::to_gray(io::load_image(file).image), board);
+  return detect::detect_board(io::green_channel(io::load_image(file).image), board);
 }
 
 SessionContents read_board_images(const fs::path& folder, const Board& board,
@@ -63,7 +63,7 @@ SessionContents read_board_images(const fs::path& folder, const Board& board,
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::string name = files[i].filename().string();
     if (progress) progress(name, int(i), int(files.size()));
-    const ImageU8 grey = io::to_gray(io::load_image(files[i]).image);
+    const ImageU8 grey = io::green_channel(io::load_image(files[i]).image);
     BoardView& view = views.emplace_back();
     view.name = name;
     if (grey.size() == size) {

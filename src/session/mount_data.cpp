@@ -174,7 +174,7 @@ std::vector<MarkerSighting> sightings_in_images(const SightingImages& images, co
   std::vector<MarkerSighting> sightings;
   const auto files = timed_images(images.folder);
   for (const auto& [time, file] : files) {
-    const ImageU8 grey = io::to_gray(io::load_image(file).image);
+    const ImageU8 grey = io::green_channel(io::load_image(file).image);
     if (grey.size() != camera.camera.size)
       throw Error(ErrorKind::kInput, file.string(), "it is not of the size of the rig's camera",
                   "use images of that camera in the mode in which it was calibrated");

@@ -132,7 +132,7 @@ Reading read_photograph(const SessionPlan& plan, const PhotographedView& view, s
   std::vector<ImageU8> images;
   for (const fs::path& file : {view.photograph, view.unlit}) {
     if (file.empty()) continue;
-    images.push_back(io::to_gray(io::load_image(file).image));
+    images.push_back(io::green_channel(io::load_image(file).image));
     if (plan.through_mirror) turn_left_to_right(images.back());
     if (!size) size = images.back().size();
     if (images.back().size() != *size) {

@@ -197,6 +197,7 @@ void check(const Conditions& c) {
   require(c.views >= 0 && c.dark_views >= 0 && c.overexposed_views >= 0 && c.moved_views >= 0 &&
               c.stale_views >= 0 && c.missing_views >= 0 && c.torn_views >= 0,
           "make_session: a negative number of views");
+  require(std::abs(c.lateral_colour) < 0.1, "make_session: lateral_colour not in (-0.1, 0.1)");
   require(c.lag >= 0 && c.lag < 1 && c.iris >= 0 && c.projector_gamma > 0,
           "make_session: lag not in [0, 1), negative iris, or projector_gamma not above 0");
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "colour_sensor.hpp"
 #include "noise.hpp"
 #include "procam/simulate/session.hpp"
 
@@ -113,11 +114,8 @@ void add_faults(const SimulatedSession& session, std::size_t view, CaptureOption
           moved_frame(shown[i], (1 - double(i) / double(count - 1)) * c.projector_drift_px * direction);
 }
 
-}  // namespace
-
-std::vector<ImageU8> capture_view(const SimulatedSession& session, std::size_t view,
-                                  const std::vector<ImageU8>& frames) {
-  require(view < session.views.size(), "capture_view: there is no view " + std::to_string(view));
+std::vector<ImageU8> grey_captures(const SimulatedSession& session, std::size_t view,
+                                   const std::vector<ImageU8>& frames) {
   CaptureOptions options = session.capture;
   options.seed = Random(session.capture.seed, view, 1).next();
   std::vector<ImageU8> shown = frames;
@@ -162,6 +160,19 @@ std::vector<ImageU8> capture_view(const SimulatedSession& session, std::size_t v
   options.faults = later_faults;
   for (ImageU8& image : capture(moved, {shown.begin() + first_moved, shown.end()}, options))
     captures.push_back(std::move(image));
+  return captures;
+}
+
+}  // namespace
+
+std::vector<ImageU8> capture_view(const SimulatedSession& session, std::size_t view,
+                                  const std::vector<ImageU8>& frames) {
+  require(view < session.views.size(), "capture_view: there is no view " + std::to_string(view));
+  std::vector<ImageU8> captures = grey_captures(session, view, frames);
+  if (session.conditions.colour_sensor)
+    for (ImageU8& image : captures)
+      if (image.channels() == 1)
+        image = internal::through_colour_filters(image, session.conditions.lateral_colour);
   return captures;
 }
 

@@ -396,7 +396,7 @@ void Desk::read_wall() {
     const DepthPixels pixels = io::load_depth_pixels(project_.wall_depth());
     scan_ = points_of_depth(depth::DepthImage(pixels, 1e-3), rig());
   } else if (choices.measure_by == "marker") {
-    wall_plane_ = plane_of_marker(io::to_gray(io::load_image(project_.wall_marker()).image), rig(),
+    wall_plane_ = plane_of_marker(io::green_channel(io::load_image(project_.wall_marker()).image), rig(),
                                   io::parse_marker(choices.marker));
   } else {
     scan_ = read_scan(project_.scan(), rig());

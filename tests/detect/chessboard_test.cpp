@@ -84,6 +84,42 @@ TEST(Chessboard, CornersAreRightToHundredthsWithAnHonestSigma) {
   }
 }
 
+/// Interpolated colours displace edges by their place among the pixels, green least; a lens with lateral colour shows
+/// red and blue elsewhere.
+TEST(Chessboard, TheGreenOfAColourSensorKeepsCornersInPlace) {
+  simulate::Conditions conditions = simulate::plain_conditions();
+  conditions.colour_sensor = true;
+  conditions.lateral_colour = 5e-4;
+  const simulate::SimulatedSession session =
+      simulate::make_session(simulate::Level::kEasy, 3, {}, {}, conditions);
+  const ImageU8 colour =
+      simulate::capture_view(session, 0, {ImageU8(session.rig().projector().projector.size(), 1, 255)})
+          .front();
+  ASSERT_EQ(colour.channels(), 3);
+  ImageU8 green(colour.size()), luma(colour.size());
+  for (int y = 0; y < colour.height(); ++y)
+    for (int x = 0; x < colour.width(); ++x) {
+      green.at(x, y) = colour.at(x, y, 1);
+      luma.at(x, y) = std::uint8_t(0.299 * colour.at(x, y, 0) + 0.587 * colour.at(x, y, 1) +
+                                   0.114 * colour.at(x, y, 2) + 0.5);
+    }
+  std::map<int, Vec2> truth;
+  for (const Observation& corner : simulate::board_in_camera(session.views.front()))
+    truth[corner.point] = corner.pixel;
+  const auto rms = [&](const ImageU8& image) {
+    const Detections found = detect::detect_board(image, session.stated_board);
+    EXPECT_EQ(found.observations.size(), truth.size());
+    double sum = 0;
+    for (const Observation& o : found.observations) sum += (o.pixel - truth.at(o.point)).squaredNorm();
+    return std::sqrt(sum / (2 * double(found.observations.size())));
+  };
+  const double by_green = rms(green), by_luma = rms(luma);
+  RecordProperty("green", std::to_string(by_green));
+  RecordProperty("luma", std::to_string(by_luma));
+  EXPECT_LT(by_green, 0.02);
+  EXPECT_LT(by_green, 0.5 * by_luma);
+}
+
 /// As a camera's sharpening (unsharp mask) leaves an image: halos beside the edges, clipped where they leave the range.
 ImageU8 sharpened(const ImageU8& image) {
   constexpr double kAmount = 1.5, kSigma = 1.5;

@@ -56,6 +56,15 @@ TEST(CaptureFolder, TakesTheLastNumberOfANameAndGreyFromColour) {
   EXPECT_NE(captures.diagnostics.find("reduced_to_gray"), nullptr);
 }
 
+TEST(CaptureFolder, MeasuresTheGreenChannelOfColour) {
+  const Scratch scratch;
+  ImageU8 colour(5, 7, 3, 90);
+  colour.at(2, 3, 0) = 11, colour.at(2, 3, 1) = 22, colour.at(2, 3, 2) = 33;
+  std::filesystem::create_directories(scratch / "view");
+  save_image(scratch / "view/frame_0.png", colour);
+  EXPECT_EQ(load_capture_folder(scratch / "view", 1).frames.front().at(2, 3), 22);
+}
+
 TEST(CaptureFolder, RefusesAnEmptyOrAbsentFolder) {
   const Scratch scratch;
   scratch.write("notes.txt", "no image");

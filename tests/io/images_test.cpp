@@ -194,6 +194,19 @@ TEST(Images, GrayIsLumaAndWhiteStaysWhite) {
   for (int x = 0; x < 4; ++x) EXPECT_EQ(gray.at(x, 0), expected[x]);
 }
 
+TEST(Images, GreenIsWhatIsMeasuredOfColour) {
+  ImageU8 rgb(2, 1, 3);
+  const std::uint8_t pixels[] = {10, 200, 30, 70, 8, 90};
+  std::copy(std::begin(pixels), std::end(pixels), rgb.data());
+  const ImageU8 green = green_channel(rgb);
+  ASSERT_EQ(green.channels(), 1);
+  EXPECT_EQ(green.at(0, 0), 200);
+  EXPECT_EQ(green.at(1, 0), 8);
+  EXPECT_EQ(green_channel(ImageU8(3, 2, 4, 77)).at(2, 1), 77);
+  EXPECT_EQ(green_channel(ImageU8(3, 2, 1, 5)).at(2, 1), 5);
+  EXPECT_THROW(green_channel(ImageU8(3, 2, 2)), std::invalid_argument);
+}
+
 TEST(SaveLight, IsReadByOpenExrToTheLastBit) {
   ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
   const Scratch scratch;

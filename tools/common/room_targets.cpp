@@ -28,7 +28,7 @@ TargetSearch::TargetSearch(const std::optional<MarkerMap>& marker, const std::op
 
 void TargetSearch::look(const session::CapturedLight& seen) {
   if ((!marker_ && !board_) || !seen_.insert({seen.camera, seen.view}).second) return;
-  const ImageU8 image = io::to_gray(seen.flat_lit);
+  const ImageU8 image = io::green_channel(seen.flat_lit);
   if (marker_) {
     const MarkerDetections found =
         detect::detect_marker_edges(image, detect::marker_cells(marker_->dictionary));

@@ -38,6 +38,10 @@ struct Conditions {
   std::optional<NoiseModel> noise;  ///< of the linear grey value; none: as in the level's recipe
   double noise_factor = 1;          ///< on the standard deviation of the noise
 
+  /// The sensor has colour filters, two of four pixels green: captures of three channels, each interpolated.
+  bool colour_sensor = false;
+  double lateral_colour = 0;  ///< share by which blue is larger than green; needs a colour sensor
+
   double projector_gamma = 1;  ///< of the projector: light = value^gamma; 1: linear
   /// 1: the lamp follows the mean of the frame (dynamic contrast, automatic iris); less: this power of it.
   double iris = 0;

@@ -186,6 +186,19 @@ ImageU8 to_gray(ViewU8 image) {
   return gray;
 }
 
+ImageU8 green_channel(ViewU8 image) {
+  require(image.channels == 1 || image.channels == 3 || image.channels == 4,
+          "green_channel: the image has " + std::to_string(image.channels) + " channels, not 1, 3 or 4");
+  ImageU8 green(image.width, image.height);
+  const int channel = image.channels == 1 ? 0 : 1;
+  for (int y = 0; y < image.height; ++y) {
+    const std::uint8_t* in = image.row(y) + channel;
+    std::uint8_t* out = green.row(y);
+    for (int x = 0; x < image.width; ++x, in += image.channels) out[x] = *in;
+  }
+  return green;
+}
+
 std::string encode_png(ViewU8 image) {
   require(!image.empty() && (image.channels == 1 || image.channels == 3 || image.channels == 4),
           "encode_png: the image is empty or has not 1, 3 or 4 channels");

@@ -205,7 +205,7 @@ CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames, i
       captures.frames.push_back(without_alpha(std::move(loaded.image)));
     } else {
       colour |= loaded.image.channels() > 1;
-      captures.frames.push_back(loaded.image.channels() > 1 ? to_gray(loaded.image)
+      captures.frames.push_back(loaded.image.channels() > 1 ? green_channel(loaded.image)
                                                             : std::move(loaded.image));
     }
     const ImageSize size = captures.frames.back().size(), first = captures.frames.front().size();
@@ -218,7 +218,8 @@ CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames, i
   if (reduced)
     captures.diagnostics.note("reduced_to_8_bit", folder.string() + ": frames of 16 bits were reduced to 8");
   if (colour)
-    captures.diagnostics.note("reduced_to_gray", folder.string() + ": colour frames were reduced to grey");
+    captures.diagnostics.note("reduced_to_gray",
+                              folder.string() + ": of colour frames the green channel was measured");
   return captures;
 }
 

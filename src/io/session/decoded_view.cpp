@@ -92,7 +92,7 @@ DecodedView load_decoded_view(const fs::path& folder) {
   DecodedView view;
   const fs::path white = white_image(folder);
   LoadedImage loaded = load_image(white);
-  view.white = to_gray(loaded.image);
+  view.white = green_channel(loaded.image);
   view.diagnostics = std::move(loaded.diagnostics);
   view.files.push_back(white);
 

@@ -36,6 +36,12 @@ PROCAM_EXPORT std::optional<ImageSize> image_size_in(const std::string& bytes);
 /// copied.
 PROCAM_EXPORT ImageU8 to_gray(ViewU8 image);
 
+/// G of R G B (A ignored): the grey image that is measured where a camera's image has colour. One channel is copied.
+/// A colour sensor has a green filter on every second pixel and a red or a blue one on every fourth, so interpolated
+/// red and blue displace edges by their place among the pixels; and a lens with lateral colour has another
+/// magnification in each. Luma mixes all three.
+PROCAM_EXPORT ImageU8 green_channel(ViewU8 image);
+
 /// The picture as the bytes of a PNG file; the same pixels give the same bytes.
 PROCAM_EXPORT std::string encode_png(ViewU8 image);
 

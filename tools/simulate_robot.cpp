@@ -6,10 +6,12 @@
 #include "common/cli.hpp"
 #include "common/robot_flags.hpp"
 #include "procam/io/files.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/text.hpp"
-#include "procam/simulate/mount_drive.hpp"
+#include "procam/simulate/mount_motion.hpp"
 #include "procam/simulate/robot.hpp"
+#include "procam/track/head_angles.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/pose_sender.hpp"
 
@@ -28,11 +30,8 @@ void save_truth(const std::string& file, const std::vector<simulate::LocalisedPo
 }
 
 /// The moments of the drive in the sender's clock, but for its offset.
-void save_sightings(const RobotFlags& flags, const simulate::Drive& drive, double unix_start,
-                    Console& console) {
-  simulate::SightingOptions options;
-  options.seed = flags.robot.localiser.seed;
-  const simulate::MarkerSightings seen = simulate::marker_sightings(drive, options);
+void save_sightings(const RobotFlags& flags, const simulate::MarkerSightings& seen, io::Mount mount,
+                    double unix_start, Console& console) {
   track::PoseLogWriter log(flags.sightings);
   int count = 0;
   for (track::StampedPose message : seen.messages) {
@@ -42,10 +41,68 @@ void save_sightings(const RobotFlags& flags, const simulate::Drive& drive, doubl
     ++count;
   }
   log.flush();
-  if (!flags.true_mount.empty())
-    io::save_pose(flags.true_mount, {"base", "rig", {seen.base_from_rig, Mat6::Zero()}});
+  const Pose world_from_base = mount.world_from_base.value_or(Pose());
+  if (!flags.true_markers.empty()) {
+    MarkerMap map;
+    for (const PlacedMarker& marker : seen.markers)
+      map.markers.push_back({marker.id, marker.size, world_from_base * marker.world_from_marker});
+    io::save_marker_map(flags.true_markers, map);
+  } else {
+    mount.world_from_base.reset();
+  }
+  mount.pose.source = "rig";
+  mount.pose.target_from_source = {seen.base_from_rig, Mat6::Zero()};
+  if (!flags.true_mount.empty()) io::save_mount(flags.true_mount, mount);
   console.say(format("%d sightings of %zu markers", count, seen.markers.size()));
   console.summary().set("/sightings", count);
+}
+
+void save_drive_sightings(const RobotFlags& flags, const simulate::Drive& drive, double unix_start,
+                          Console& console) {
+  simulate::SightingOptions options;
+  options.seed = flags.robot.localiser.seed;
+  io::Mount mount;
+  mount.pose.target = is_arm(flags) ? "flange" : "base";
+  if (is_arm(flags)) {
+    options.base_from_rig = simulate::arm_options(options.seed).base_from_rig;
+    mount.world_from_base = simulate::world_from_carrier(options.seed);
+  }
+  save_sightings(flags, simulate::marker_sightings(drive, options), mount, unix_start, console);
+}
+
+/// Its angles to the log, in place of poses.
+ExitCode simulate_head(const RobotFlags& flags, Console& console) {
+  if (flags.log.empty())
+    throw Error(ErrorKind::kInput, "no destination", "a pan-tilt head's angles are written to a log",
+                "give -o angles.log");
+  for (const std::string& file : {flags.log, flags.sightings, flags.true_mount, flags.true_markers})
+    if (!file.empty()) io::require_writable(file);
+  simulate::HeadRunOptions options;
+  options.seed = flags.robot.localiser.seed;
+  options.duration = flags.robot.duration;
+  options.rate = flags.robot.localiser.rate;
+  options.latency = flags.clock_offset;
+  const simulate::HeadRun run = simulate::head_run(options);
+  constexpr double kStart = 1700000000.1;
+  std::vector<track::StampedAngles> angles;
+  for (const HeadAngles& at : run.angles) {
+    if (at.time - options.latency > options.duration) break;
+    track::StampedAngles message;
+    message.stamp = kStart + at.time;
+    message.arrival = 1000.1 + at.time - options.latency + flags.robot.localiser.delay;
+    message.pan = at.pan;
+    message.tilt = at.tilt;
+    angles.push_back(message);
+  }
+  track::write_angle_log(flags.log, angles);
+  io::Mount mount;
+  mount.pose.target = "tilt";
+  mount.axes = run.axes;
+  mount.world_from_base = simulate::world_from_carrier(options.seed);
+  if (!flags.sightings.empty()) save_sightings(flags, run.sightings, mount, kStart - 0.1, console);
+  console.say(format("%zu angles of a pan-tilt head", angles.size()));
+  console.summary().set("/messages", int(angles.size()));
+  return ExitCode::kOk;
 }
 
 ExitCode simulate_robot(const RobotFlags& flags, Console& console) {
@@ -61,7 +118,7 @@ ExitCode simulate_robot(const RobotFlags& flags, Console& console) {
       flags.to.empty() ? nullptr : track::open_pose_sender(flags.to, flags.binary);
   std::optional<track::PoseLogWriter> log;
   if (!flags.log.empty()) log.emplace(flags.log);
-  for (const std::string& file : {flags.truth, flags.sightings, flags.true_mount})
+  for (const std::string& file : {flags.truth, flags.sightings, flags.true_mount, flags.true_markers})
     if (!file.empty()) io::require_writable(file);
 
   // A log alone is the same for equal seeds, its clock as well.
@@ -94,7 +151,7 @@ ExitCode simulate_robot(const RobotFlags& flags, Console& console) {
   }
   if (log) log->flush();
 
-  if (!flags.sightings.empty()) save_sightings(flags, drive, unix_start, console);
+  if (!flags.sightings.empty()) save_drive_sightings(flags, drive, unix_start, console);
   if (!flags.truth.empty()) save_truth(flags.truth, plan.made, start, stamp_of);
   console.say(format("sent %d poses in %.1f s: %d overtaken, %d twice, %d lost, and %d malformed messages",
                      plan.messages, plan.events.empty() ? 0 : plan.events.back().time, plan.reordered,
@@ -120,5 +177,7 @@ int main(int argc, char** argv) {
       {"simulate-robot",
        "Simulates a robot and its localiser: late and noisy poses, some lost, to a socket or a log, with truth."},
       [&](CLI::App& app) { declare(app, flags); },
-      [&](Console& console) { return simulate_robot(flags, console); });
+      [&](Console& console) {
+        return is_head(flags) ? simulate_head(flags, console) : simulate_robot(flags, console);
+      });
 }

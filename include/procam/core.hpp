@@ -52,6 +52,7 @@
 #include "procam/core/rig/light_map.hpp"
 #include "procam/core/rig/mount_data.hpp"
 #include "procam/core/rig/observation.hpp"
+#include "procam/core/rig/pan_tilt.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/rig/room_frames.hpp"
 #include "procam/core/rig/stripe_edge.hpp"

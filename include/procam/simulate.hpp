@@ -9,6 +9,7 @@
 #include "procam/simulate/marker_view.hpp"
 #include "procam/simulate/motion.hpp"
 #include "procam/simulate/mount_drive.hpp"
+#include "procam/simulate/mount_motion.hpp"
 #include "procam/simulate/preview.hpp"
 #include "procam/simulate/robot.hpp"
 #include "procam/simulate/room.hpp"

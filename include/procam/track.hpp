@@ -3,6 +3,7 @@
 #include "procam/track/align_maps.hpp"
 #include "procam/track/byte_source.hpp"
 #include "procam/track/clock.hpp"
+#include "procam/track/head_angles.hpp"
 #include "procam/track/locate.hpp"
 #include "procam/track/pose_chooser.hpp"
 #include "procam/track/pose_log.hpp"

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -42,8 +43,10 @@ std::array<double, kGroups> variance_factors(const Equations& equations) {
   return factors;
 }
 
-double correlation_of(const Linear& linear, bool planar) {
-  const std::vector<int> rows = planar ? std::vector<int>{2, 3, 4} : std::vector<int>{0, 1, 2, 3, 4, 5};
+double correlation_of(const Linear& linear, const Model& model) {
+  const std::vector<int> rows = model.axes     ? std::vector<int>{0, 1}
+                                : model.planar ? std::vector<int>{2, 3, 4}
+                                               : std::vector<int>{0, 1, 2, 3, 4, 5};
   std::vector<int> used;
   for (const int first : linear.base_row)
     if (first >= 0) used.push_back(first);
@@ -71,7 +74,7 @@ double correlation_of(const Linear& linear, bool planar) {
 
 MountInformation mount_information(const Equations& equations, bool with_offset) {
   const Linear& linear = equations.linear;
-  const Eigen::Index rest = linear.mount_column, own = linear.columns - rest;
+  const Eigen::Index rest = linear.mount_column, own = linear.columns - rest, n = own - (with_offset ? 1 : 0);
   const Eigen::SparseMatrix<double> rest_normal = equations.normal.topLeftCorner(rest, rest);
   const MatX mixed = equations.normal.topRightCorner(rest, own);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(rest_normal);
@@ -80,45 +83,69 @@ MountInformation mount_information(const Equations& equations, bool with_offset)
   MatX posterior = own_normal - mixed.transpose() * through;
   posterior = (0.5 * (posterior + posterior.transpose())).eval();
   const auto without_offset = [&](const MatX& information) {
-    Mat6 mount = information.topLeftCorner<6, 6>();
+    MatX mount = information.topLeftCorner(n, n);
     if (with_offset)
-      mount -= information.topRightCorner<6, 1>() * information.topRightCorner<6, 1>().transpose() /
-               information(6, 6);
+      mount -=
+          information.topRightCorner(n, 1) * information.topRightCorner(n, 1).transpose() / information(n, n);
     return mount;
   };
   MountInformation found;
   found.posterior = without_offset(posterior);
   MatX data = posterior;
-  data.topLeftCorner<6, 6>() -= linear.prior_information;
+  data.topLeftCorner(6, 6) -= linear.prior_information;
   found.data = without_offset(data);
   const MatX covariance = posterior.ldlt().solve(MatX::Identity(own, own));
-  found.covariance = 0.5 * (covariance.topLeftCorner<6, 6>() + covariance.topLeftCorner<6, 6>().transpose());
-  if (with_offset) found.offset_sigma = std::sqrt(std::max(covariance(6, 6), 0.0));
-  for (const Eigen::Index column : linear.marker_column) {
+  found.covariance = 0.5 * (covariance.topLeftCorner(n, n) + covariance.topLeftCorner(n, n).transpose());
+  if (with_offset) found.offset_sigma = std::sqrt(std::max(covariance(n, n), 0.0));
+  const auto covariance_at = [&](Eigen::Index column) {
     MatX unit = MatX::Zero(rest, 6);
     unit.middleRows(column, 6).setIdentity();
     const MatX rows = through.middleRows(column, 6);
     const MatX fixed = MatX(factor.solve(unit)).middleRows(column, 6);
-    found.marker_covariance.push_back(fixed + rows * covariance * rows.transpose());
+    return MatX(fixed + rows * covariance * rows.transpose());
+  };
+  for (const Eigen::Index column : linear.marker_column)
+    found.marker_covariance.push_back(covariance_at(column));
+  if (linear.world_column >= 0) {
+    found.world_covariance = covariance_at(linear.world_column);
+    found.directions_with_world =
+        -(covariance * through.middleRows(linear.world_column, 6).transpose()).topRows(n);
   }
   return found;
 }
 
-std::array<bool, 6> unobservable_directions(const Mat6& information, double max_sigma) {
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(information);
-  Vec6 share = Vec6::Zero();
+std::vector<double> direction_sigmas(const MatX& information) {
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(information);
+  std::vector<double> sigmas;
+  for (Eigen::Index i = 0; i < information.rows(); ++i) {
+    double variance = 0;
+    for (Eigen::Index k = 0; k < information.rows(); ++k) {
+      const double along = std::pow(eigen.eigenvectors()(i, k), 2), known = eigen.eigenvalues()[k];
+      constexpr double kNothing = 1e-9;
+      if (along > kNothing || known > 0) variance += along / std::max(known, 1e-300);
+    }
+    constexpr double kInfinite = 1e4;  // m^2, rad^2
+    sigmas.push_back(variance < kInfinite ? std::sqrt(variance) : std::numeric_limits<double>::infinity());
+  }
+  return sigmas;
+}
+
+std::vector<bool> unobservable_directions(const MatX& information, double max_sigma) {
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(information);
+  const Eigen::Index n = information.rows();
+  VecX share = VecX::Zero(n);
   int missing = 0;
-  for (int i = 0; i < 6; ++i)
+  for (Eigen::Index i = 0; i < n; ++i)
     if (eigen.eigenvalues()[i] < 1 / (max_sigma * max_sigma)) {
       share += eigen.eigenvectors().col(i).cwiseAbs2();
       ++missing;
     }
   constexpr double kShare = 0.2;
-  std::array<bool, 6> unobservable{};
+  std::vector<bool> unobservable;
   Eigen::Index largest = 0;
   share.maxCoeff(&largest);
-  for (Eigen::Index i = 0; i < 6; ++i)
-    unobservable[std::size_t(i)] = missing > 0 && (share[i] > kShare || i == largest);
+  for (Eigen::Index i = 0; i < n; ++i)
+    unobservable.push_back(missing > 0 && (share[i] > kShare || i == largest));
   return unobservable;
 }
 
@@ -212,7 +239,7 @@ std::optional<FoundEvent> find_event(const Model& model, const MountProblem& pro
     if (linear.base_row[i] >= 0)
       jump.items.push_back({model.data->base[i].time, linear.base_row[i], problem.by_frame(i)});
 
-  const double duration = model.spacing * double(model.knots.size() - 1);
+  const double duration = model.end() - model.knot_time(0);
   const double step = std::max(1.0, duration / 150);
   const auto searched = [&](Candidate candidate, double start) {
     const Scan scan(equations, std::move(candidate));
@@ -229,8 +256,8 @@ std::optional<FoundEvent> find_event(const Model& model, const MountProblem& pro
     }
     return found;
   };
-  const Score bumped = searched(std::move(bump), model.start),
-              jumped = searched(std::move(jump), model.start + model.offset);
+  const Score bumped = searched(std::move(bump), model.knot_time(0)),
+              jumped = searched(std::move(jump), model.knot_time(0) + model.offset);
   const bool is_bump = bumped.chi2 >= jumped.chi2;
   const Score& best = is_bump ? bumped : jumped;
   const double size = std::max(best.increment.head<3>().norm(), best.increment.tail<3>().norm());

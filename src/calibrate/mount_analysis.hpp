@@ -20,19 +20,25 @@ struct Equations {
 std::array<double, kGroups> variance_factors(const Equations& equations);
 
 /// Variance at low frequency over that of white noise, of the localiser's residuals; at least 1.
-double correlation_of(const Linear& linear, bool planar);
+double correlation_of(const Linear& linear, const Model& model);
 
-/// What the drive and the stated measurements tell about the last mount's directions and the time offset.
+/// What the drive and the stated measurements tell about the last mount's directions (with the axes of a head: 8,
+/// else 6), the time offset, and where the base stands in the world.
 struct MountInformation {
-  Mat6 data, posterior;  ///< information about the mount, all else eliminated
-  Mat6 covariance;       ///< of the directions, after the stated measurements
+  MatX data, posterior;  ///< information about the mount, all else eliminated
+  MatX covariance;       ///< of the directions, after the stated measurements
   double offset_sigma = 0;
   std::vector<MatX> marker_covariance;  ///< of the right increments, by marker
+  MatX world_covariance;                ///< of the right increment of world_from_base; empty without it
+  MatX directions_with_world;           ///< covariance of the directions (rows) with it (columns)
 };
 MountInformation mount_information(const Equations& equations, bool with_offset);
 
 /// Directions with a standard deviation above `max_sigma`.
-std::array<bool, 6> unobservable_directions(const Mat6& information, double max_sigma);
+std::vector<bool> unobservable_directions(const MatX& information, double max_sigma);
+
+/// Of each direction by the drive alone; infinite where it tells nothing.
+std::vector<double> direction_sigmas(const MatX& information);
 
 /// The most significant change, if there is one. `problem` made the equations.
 struct FoundEvent {

@@ -8,11 +8,13 @@
 #include <ceres/manifold.h>
 #include <ceres/sized_cost_function.h>
 
+#include <Eigen/QR>
 #include <array>
 #include <cmath>
 #include <vector>
 
 #include "procam/core/geometry/se3.hpp"
+#include "procam/core/rig/pan_tilt.hpp"
 
 namespace procam::calibrate::mount {
 
@@ -194,6 +196,55 @@ struct BaseCost : ceres::SizedCostFunction<6, 7, 7, 7, 1> {
   }
 };
 
+/// The pose of a head by its angles, with the derivatives of its right increment.
+struct HeadPose {
+  Pose pose;
+  Eigen::Matrix<double, 6, 2> by_angles, by_axes;
+};
+inline HeadPose head_pose(const PanTiltAxes& axes, double pan, double tilt) {
+  const Pose tilted(so3_exp(Vec3(0, 0, tilt)), Vec3::Zero()),
+      arm(so3_exp(Vec3(axes.angle, 0, 0)), Vec3(axes.offset, 0, 0));
+  HeadPose head;
+  head.pose = head_from_tilt(axes, pan, tilt);
+  head.by_angles << adjoint((arm * tilted).inverse()) * Vec6::Unit(2), Vec6::Unit(2);
+  head.by_axes << adjoint(tilted.inverse()) * Vec6::Unit(3), adjoint(tilted.inverse()) * Vec6::Unit(0);
+  return head;
+}
+/// Whitens a right increment of that pose: two rows of the angles, four of the runout across them.
+inline Mat6 head_whitening(const HeadPose& head, double angle_sigma, double runout) {
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 6, 2>> qr(head.by_angles);
+  const Mat6 basis = qr.householderQ();
+  Mat6 whiten;
+  whiten << (head.by_angles.transpose() * head.by_angles).inverse() * head.by_angles.transpose() /
+                angle_sigma,
+      basis.rightCols<4>().transpose() / runout;
+  return whiten;
+}
+
+/// Knot, next knot, frame of the head (reported = frame * path), axes, time offset.
+struct HeadCost : ceres::SizedCostFunction<6, 7, 7, 7, 2, 1> {
+  double pan, tilt;
+  Mat6 whiten;
+  double time, knot_time, spacing;  ///< head's clock; camera's clock
+  bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
+    const BetweenKnots at =
+        between_knots(pose_of(p[0]), pose_of(p[1]), (time - p[4][0] - knot_time) / spacing);
+    const HeadPose head = head_pose({p[3][0], p[3][1]}, pan, tilt);
+    const Vec6 error = se3_log(head.pose.inverse() * pose_of(p[2]) * at.pose);
+    Eigen::Map<Vec6>{residuals} = whiten * error;
+    if (jacobians == nullptr) return true;
+    const Mat6 by_pose = whiten * inverse_right_jacobian(error);
+    write(jacobians, 0, by_pose * at.by_first);
+    write(jacobians, 1, by_pose * at.by_second);
+    write(jacobians, 2, by_pose * adjoint(at.pose.inverse()));
+    if (jacobians[3] != nullptr)
+      Eigen::Map<Eigen::Matrix<double, 6, 2, Eigen::RowMajor>>{jacobians[3]} =
+          -whiten * inverse_left_jacobian(error) * head.by_axes;
+    if (jacobians[4] != nullptr) Eigen::Map<Vec6>{jacobians[4]} = -(by_pose * at.by_alpha) / spacing;
+    return true;
+  }
+};
+
 /// d off_plane by the right increment.
 inline Eigen::Matrix<double, 3, 6> off_plane_derivative(const Pose& pose) {
   const Vec3 up = pose.rotation.conjugate() * Vec3::UnitZ();
@@ -283,6 +334,18 @@ struct MarkerPriorCost : ceres::SizedCostFunction<6, 7, 7> {
     const Mat6 by_marker = whiten * inverse_right_jacobian(error);
     write(jacobians, 0, by_marker);
     write(jacobians, 1, by_marker * adjoint(marker.inverse()));
+    return true;
+  }
+};
+
+/// Weak, as WeakTimeCost: the axes of a head of which one does not move.
+struct WeakAxesCost : ceres::SizedCostFunction<2, 2> {
+  double offset, angle, inverse_sigma;
+  bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
+    residuals[0] = (p[0][0] - offset) * inverse_sigma;
+    residuals[1] = (p[0][1] - angle) * inverse_sigma;
+    if (jacobians != nullptr && jacobians[0] != nullptr)
+      Eigen::Map<Eigen::Matrix2d>{jacobians[0]} = inverse_sigma * Eigen::Matrix2d::Identity();
     return true;
   }
 };

@@ -11,16 +11,28 @@
 
 namespace procam::calibrate::mount {
 
+double Model::knot_time(std::size_t knot) const {
+  return stations.empty() ? start + double(knot) * spacing : stations[knot];
+}
+
 std::optional<Model::At> Model::at(double time) const {
+  if (!stations.empty()) {
+    const auto after = std::lower_bound(stations.begin(), stations.end(), time);
+    auto found = std::size_t(after - stations.begin());
+    if (after == stations.end() || (found > 0 && time - stations[found - 1] < *after - time)) --found;
+    if (std::abs(stations[found] - time) > options->station_time) return std::nullopt;
+    return At{found, found == 0 ? 1 : found - 1, 0};
+  }
   const double steps = (time - start) / spacing, last = double(knots.size() - 1);
   if (!(steps >= 0 && steps <= last)) return std::nullopt;
   const double knot = std::min(std::floor(steps), last - 1);
-  return At{std::size_t(knot), steps - knot};
+  return At{std::size_t(knot), std::size_t(knot) + 1, steps - knot};
 }
 
 Pose Model::path(double time) const {
-  const At found = at(time).value_or(time < start ? At{0, 0} : At{knots.size() - 2, 1});
-  return between_knots(pose_of(knots[found.knot].data()), pose_of(knots[found.knot + 1].data()), found.alpha)
+  const std::size_t last = knots.size() - 1;
+  const At found = at(time).value_or(time < knot_time(0) ? At{0, 1, 0} : At{last, last - 1, 0});
+  return between_knots(pose_of(knots[found.knot].data()), pose_of(knots[found.next].data()), found.alpha)
       .pose;
 }
 
@@ -87,11 +99,17 @@ struct MountProblem::Impl {
                                 i == 0 && model.planar ? manifold(off_plane) : free);
     if (!model.planar) problem.SetParameterBlockConstant(model.frames[0].pose.data());
     for (PoseBlock& marker : model.markers) problem.AddParameterBlock(marker.data(), 7, free);
+    if (model.world) problem.AddParameterBlock(model.world->data(), 7, free);
     for (Epoch& mount : model.mounts)
       problem.AddParameterBlock(mount.pose.data(), 7, manifold(every, PoseManifold::Side::kMount));
     problem.AddParameterBlock(&model.offset, 1);
     if (!model.options->estimate_time_offset) problem.SetParameterBlockConstant(&model.offset);
-    add_base();
+    if (model.axes) {
+      problem.AddParameterBlock(model.axes->data(), 2);
+      add_angles();
+    } else {
+      add_base();
+    }
     add_sightings();
     add_motion();
     if (model.planar) add_floor();
@@ -115,14 +133,43 @@ struct MountProblem::Impl {
       cost->measured = pose.world_from_base;
       cost->inverse_sigma = sigma.cwiseInverse();
       cost->time = pose.time;
-      cost->knot_time = model.start + double(at->knot) * model.spacing;
+      cost->knot_time = model.knot_time(at->knot);
       cost->spacing = model.spacing;
       cost->planar = model.planar;
       base_block[i] = int(blocks.size());
       Epoch& frame = model.frames[model.epoch(model.frames, pose.time)];
       add(cost, true, rows,
-          {model.knots[at->knot].data(), model.knots[at->knot + 1].data(), frame.pose.data(), &model.offset});
+          {model.knots[at->knot].data(), model.knots[at->next].data(), frame.pose.data(), &model.offset});
     }
+  }
+
+  void add_angles() {
+    base_block.assign(model.data->angles.size(), -1);
+    const Noise& noise = model.noise;
+    const double turn = std::sqrt(noise.correlation) * noise.turn;
+    for (std::size_t i = 0; i < model.data->angles.size(); ++i) {
+      const HeadAngles& angles = model.data->angles[i];
+      const auto at = model.at(angles.time - model.offset);
+      if (!model.use_base[i] || !at) continue;
+      auto* cost = new HeadCost;
+      cost->pan = angles.pan;
+      cost->tilt = angles.tilt;
+      cost->whiten = head_whitening(head_pose({(*model.axes)[0], (*model.axes)[1]}, angles.pan, angles.tilt),
+                                    turn, noise.position);
+      cost->time = angles.time;
+      cost->knot_time = model.knot_time(at->knot);
+      cost->spacing = model.spacing;
+      base_block[i] = int(blocks.size());
+      Epoch& frame = model.frames[model.epoch(model.frames, angles.time)];
+      add(cost, true, {kBaseTurn, kBaseTurn, kBasePosition, kBasePosition, kBasePosition, kBasePosition},
+          {model.knots[at->knot].data(), model.knots[at->next].data(), frame.pose.data(), model.axes->data(),
+           &model.offset});
+    }
+    auto* weak = new WeakAxesCost;
+    weak->offset = (*model.axes)[0];
+    weak->angle = (*model.axes)[1];
+    weak->inverse_sigma = 1e-3;
+    add(weak, false, all(kOther), {model.axes->data()});
   }
 
   void add_sightings() {
@@ -144,12 +191,13 @@ struct MountProblem::Impl {
       cost->alpha = at->alpha;
       sighting_block[i] = int(blocks.size());
       add(cost, true, all(kSighting),
-          {model.knots[at->knot].data(), model.knots[at->knot + 1].data(), mount.pose.data(),
+          {model.knots[at->knot].data(), model.knots[at->next].data(), mount.pose.data(),
            model.markers[std::size_t(model.marker_of[i])].data()});
     }
   }
 
   void add_motion() {
+    if (!model.stations.empty()) return;
     const double root = model.noise.motion * std::pow(model.spacing, 1.5);
     Vec6 sigma;
     sigma << Vec3::Constant(root * model.options->turn_acceleration),
@@ -192,7 +240,7 @@ struct MountProblem::Impl {
       cost->whiten = whitening_of(inverse_of.covariance + 1e-10 * Mat6::Identity());
       add(cost, false, all(kOther),
           {model.markers[std::size_t(name - model.marker_names.begin())].data(),
-           model.frames[0].pose.data()});
+           model.world ? model.world->data() : model.frames[0].pose.data()});
     }
   }
 
@@ -291,7 +339,9 @@ Linear MountProblem::linearise() {
   for (PoseBlock& knot : model.knots) take(knot.data());
   for (Epoch& frame : model.frames) take(frame.pose.data());
   for (PoseBlock& marker : model.markers) linear.marker_column.push_back(take(marker.data()));
+  if (model.world) linear.world_column = take(model.world->data());
   for (Epoch& mount : model.mounts) linear.mount_column = take(mount.pose.data());
+  if (model.axes) take(model.axes->data());
   take(&model.offset);
   linear.columns = column;
 

@@ -10,7 +10,8 @@
 
 namespace procam::calibrate::mount {
 
-/// Rows of the residuals by what made them: the variance components.
+/// Rows of the residuals by what made them: the variance components. Of a head kBaseTurn are its angles, kBasePosition
+/// the runout of its axes.
 enum Group {
   kBaseTurn,
   kBasePosition,
@@ -43,6 +44,10 @@ struct Model {
   const MountData* data = nullptr;
   const MountOptions* options = nullptr;
   bool planar = false;
+  /// Times of the base poses, camera's clock, where each is a station of its own and a knot. Else empty.
+  std::vector<double> stations;
+  std::optional<std::array<double, 2>> axes;  ///< of a head: PanTiltAxes
+  std::optional<PoseBlock> world;  ///< world_from_base of an arm or a head, from markers of known pose
   /// Knots are in the camera's time. Between knots the path is stiffer than at them: were the precise sightings to move
   /// along the knots with the time offset, the fit would draw them to the knots.
   double start = 0, spacing = 0.05;
@@ -58,24 +63,28 @@ struct Model {
   bool coarse = true;
   std::vector<char> use_base, use_sighting;
 
-  /// The knot before a time, and the share of the way to the next; nullopt outside.
+  /// The knot before a time, the next one, and the share of the way to it; nullopt outside. At a station the knot
+  /// itself: `next` is any other.
   struct At {
-    std::size_t knot;
+    std::size_t knot, next;
     double alpha;
   };
   std::optional<At> at(double camera_time) const;
-  Pose path(double camera_time) const;  ///< at the ends, the first and last knot
+  Pose path(double camera_time) const;       ///< at the ends, the first and last knot
+  double knot_time(std::size_t knot) const;  ///< camera's clock
+  double end() const { return knot_time(knots.size() - 1); }
   std::size_t epoch(const std::vector<Epoch>& epochs, double time) const;
 };
 
 /// The equations at the solution: J, r of the whitened residuals (with robust weights if the solve had them). The
-/// columns of the last mount (6) and the time offset (0 or 1) come last.
+/// columns of the last mount (6), the axes of a head (0 or 2) and the time offset (0 or 1) come last.
 struct Linear {
   Eigen::SparseMatrix<double> jacobian;
   VecX residuals;
   std::vector<Group> group;                    ///< by row
   std::vector<int> base_row, sighting_row;     ///< first row of each base pose and sighting; -1: not used
   std::vector<Eigen::Index> marker_column;     ///< first column of each marker
+  Eigen::Index world_column = -1;              ///< of world_from_base
   Eigen::Index mount_column = 0, columns = 0;  ///< of the last mount
   MatX prior_information;  ///< of what the stated measurements say of the last mount (6 x 6)
   VecX prior_gradient;

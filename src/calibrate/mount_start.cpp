@@ -11,6 +11,7 @@ namespace procam::calibrate::mount {
 namespace {
 
 constexpr std::size_t kMinBasePoses = 20, kMinSightings = 20;
+constexpr std::size_t kMinStations = 5, kMinAtStations = 6;
 constexpr double kKnotSpacing = 0.05;  // s: at 1 m/s^2 a straight step is 0.3 mm off its curve
 constexpr double kMargin = 0.1;        // s: of knots about the base poses, as the solve moves the time offset
 constexpr std::size_t kMaxKnots = 40000;      // a drive of half an hour
@@ -19,18 +20,21 @@ constexpr double kMinRotation = 5 * kDegree;  // between two sightings, to start
 void check(const MountData& data, const MountOptions& options) {
   require(options.position_sigma > 0 && options.rotation_sigma > 0 && options.acceleration > 0 &&
               options.turn_acceleration > 0 && options.max_sigma > 0 && options.max_time_offset > 0 &&
-              options.floor_sigma > 0 && options.floor_tilt_sigma > 0 && std::isfinite(options.time_offset),
+              options.station_time > 0 && options.floor_sigma > 0 && options.floor_tilt_sigma > 0 &&
+              std::isfinite(options.time_offset),
           "calibrate_mount: an option's sigma is not positive");
   require(!options.height || (std::isfinite(options.height->value) && options.height->sigma > 0),
           "calibrate_mount: the height needs a positive sigma");
   require(!options.prior || (options.prior->pose.is_finite() &&
                              Eigen::LLT<Mat6>(options.prior->covariance).info() == Eigen::Success),
           "calibrate_mount: the prior needs a positive definite covariance");
-  if (data.base.size() < kMinBasePoses)
+  const std::size_t needed = options.stations ? kMinStations : kMinBasePoses;
+  if (data.base.size() < needed)
     throw Error(ErrorKind::kNotEnoughData, "poses of the base",
-                "there are " + std::to_string(data.base.size()) + ", and at least " +
-                    std::to_string(kMinBasePoses) + " are needed",
-                "record the localiser during a drive of 30 s or more");
+                "there are " + std::to_string(data.base.size()) + ", and at least " + std::to_string(needed) +
+                    " are needed",
+                options.stations ? "move to ten stations or more, each with the rig turned another way"
+                                 : "record a motion of 30 s or more");
   for (std::size_t i = 0; i < data.base.size(); ++i) {
     require(std::isfinite(data.base[i].time) && data.base[i].world_from_base.is_finite(),
             "calibrate_mount: a base pose is not finite");
@@ -118,17 +122,23 @@ std::vector<Pair> pairs_of(const Model& model, std::size_t max_pairs) {
     if (model.use_sighting[i]) by_marker[std::size_t(model.marker_of[i])].push_back(i);
   std::vector<Pair> pairs;
   const auto& sightings = model.data->sightings;
+  const auto add = [&](std::size_t a, std::size_t b) {
+    pairs.push_back({a, b, sightings[a].marker_from_rig.pose.inverse() * sightings[b].marker_from_rig.pose});
+  };
   for (std::vector<std::size_t>& seen : by_marker) {
     std::sort(seen.begin(), seen.end(),
               [&](std::size_t a, std::size_t b) { return sightings[a].time < sightings[b].time; });
+    if (!model.stations.empty()) {
+      for (std::size_t a = 0; a < seen.size(); ++a)
+        for (std::size_t b = a + 1; b < seen.size(); ++b) add(seen[a], seen[b]);
+      continue;
+    }
     for (const double lag : {0.7, 2.5})
       for (std::size_t a = 0, b = 0; a < seen.size(); ++a) {
         while (b < seen.size() && sightings[seen[b]].time < sightings[seen[a]].time + lag) ++b;
         if (b == seen.size()) break;
         if (sightings[seen[b]].time > sightings[seen[a]].time + 2 * lag) continue;
-        pairs.push_back(
-            {seen[a], seen[b],
-             sightings[seen[a]].marker_from_rig.pose.inverse() * sightings[seen[b]].marker_from_rig.pose});
+        add(seen[a], seen[b]);
       }
   }
   if (pairs.size() > max_pairs) {
@@ -177,6 +187,25 @@ struct HandEyePairs {
   Mat3 correlation = Mat3::Zero();  ///< of their rotation vectors
 };
 
+[[noreturn]] void refuse_without_turn(const MountOptions& options, double largest) {
+  const std::string most = fixed(largest / kDegree, 1) +
+                           (options.stations ? " degrees at most): " : " degrees within 2.5 s at most): ");
+  if (options.carrier == MountCarrier::kFlange)
+    throw Error(ErrorKind::kDegenerate, "mount",
+                "the flange does not turn while it sees a marker (" + most +
+                    "x, y and z of the rig on the flange are unobservable",
+                "turn the flange about two axes or more, each by 30 degrees, or give --prior");
+  if (options.carrier == MountCarrier::kHead)
+    throw Error(ErrorKind::kDegenerate, "mount",
+                "the head does not turn while it sees a marker (" + most +
+                    "its axes and the rig's pose on it are unobservable",
+                "move pan and tilt, each by 20 degrees or more, while a marker is seen");
+  throw Error(ErrorKind::kDegenerate, "mount",
+              "the base does not turn while it sees a marker (" + most +
+                  "x, y and yaw of the rig on the base are unobservable",
+              "drive curves of 90 degrees or more in both directions past the markers, or give --prior");
+}
+
 /// Without outliers. Throws Error(kDegenerate) where the base does not turn.
 HandEyePairs turning_pairs(const Model& model, const std::vector<Pair>& pairs) {
   HandEyePairs turning;
@@ -190,11 +219,7 @@ HandEyePairs turning_pairs(const Model& model, const std::vector<Pair>& pairs) {
     largest = std::max(largest, std::min(angle_of(step), angle_of(pair.rig_from_later)));
     turning.correlation += so3_log(step.rotation) * so3_log(pair.rig_from_later.rotation).transpose();
   }
-  if (turning.base.empty() || largest < kMinRotation)
-    throw Error(ErrorKind::kDegenerate, "mount",
-                "the base does not turn while it sees a marker (" + fixed(largest / kDegree, 1) +
-                    " degrees within 2.5 s at most): x, y and yaw of the rig on the base are unobservable",
-                "drive curves of 90 degrees or more in both directions past the markers, or give --prior");
+  if (turning.base.empty() || largest < kMinRotation) refuse_without_turn(*model.options, largest);
   return turning;
 }
 
@@ -259,6 +284,25 @@ Pose hand_eye(const Model& model, const std::vector<Pair>& pairs) {
   return base_from_rig;
 }
 
+/// The pose in the middle of the others.
+Pose middle_of(const std::vector<Pose>& candidates) {
+  constexpr std::size_t kEnough = 40;
+  const std::size_t stride = 1 + candidates.size() / kEnough;
+  double best = std::numeric_limits<double>::infinity();
+  Pose middle;
+  for (std::size_t i = 0; i < candidates.size(); i += stride) {
+    double sum = 0;
+    for (std::size_t j = 0; j < candidates.size(); j += stride)
+      sum += std::min(1.0, (candidates[i].translation - candidates[j].translation).norm() +
+                               candidates[i].rotation.angularDistance(candidates[j].rotation));
+    if (sum < best) {
+      best = sum;
+      middle = candidates[i];
+    }
+  }
+  return middle;
+}
+
 void start_markers(Model& model, const Pose& mount) {
   const auto& sightings = model.data->sightings;
   for (std::size_t m = 0; m < model.markers.size(); ++m) {
@@ -267,20 +311,26 @@ void start_markers(Model& model, const Pose& mount) {
       if (model.use_sighting[i] && model.marker_of[i] == int(m) && model.at(sightings[i].time))
         candidates.push_back(model.path(sightings[i].time) * mount *
                              sightings[i].marker_from_rig.pose.inverse());
-    constexpr std::size_t kEnough = 40;
-    const std::size_t stride = 1 + candidates.size() / kEnough;
-    double best = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < candidates.size(); i += stride) {  // the one in the middle of the others
-      double sum = 0;
-      for (std::size_t j = 0; j < candidates.size(); j += stride)
-        sum += std::min(1.0, (candidates[i].translation - candidates[j].translation).norm() +
-                                 candidates[i].rotation.angularDistance(candidates[j].rotation));
-      if (sum < best) {
-        best = sum;
-        model.markers[m] = block_of(candidates[i]);
-      }
-    }
+    model.markers[m] = block_of(middle_of(candidates));
   }
+}
+
+/// world_from_base of an arm or a head, from its markers of known pose: the one in the middle of the others.
+void start_world(Model& model) {
+  if (model.options->carrier == MountCarrier::kBase || model.options->markers.empty()) return;
+  std::vector<Pose> candidates;
+  for (const MountMarker& known : model.options->markers) {
+    const auto name = std::lower_bound(model.marker_names.begin(), model.marker_names.end(), known.name);
+    if (name == model.marker_names.end() || *name != known.name) continue;
+    const PoseBlock& marker = model.markers[std::size_t(name - model.marker_names.begin())];
+    candidates.push_back(known.world_from_marker.pose * pose_of(marker.data()).inverse());
+  }
+  if (candidates.empty())
+    throw Error(ErrorKind::kDegenerate, "markers of known pose",
+                "none of the " + std::to_string(model.options->markers.size()) +
+                    " is seen: all six directions of world_from_base are unobservable",
+                "show the rig one of them, or leave out --markers");
+  model.world = block_of(middle_of(candidates));
 }
 
 /// Markers of known pose, and the height that they give the rig.
@@ -298,38 +348,32 @@ void start_known(Model& model, Pose& mount) {
   if (!heights.empty()) mount.translation.z() = median(heights);
 }
 
-}  // namespace
-
-Model start_model(const MountData& data, const MountOptions& options) {
-  check(data, options);
-  Model model;
-  model.data = &data;
-  model.options = &options;
-  const Pose world_from_plane = plane_of(data.base);
-  model.planar = options.motion == BaseMotion::kPlanar ||
-                 (options.motion == BaseMotion::kAuto && is_planar(data.base, world_from_plane));
-  model.frames = {
-      {-std::numeric_limits<double>::infinity(), block_of(model.planar ? world_from_plane : Pose())}};
-  model.noise.position = model.noise.height = options.position_sigma;
-  model.noise.turn = model.noise.tilt = options.rotation_sigma;
-  model.noise.floor = options.floor_sigma;
-  model.noise.floor_tilt = options.floor_tilt_sigma;
-
-  model.offset = options.time_offset;
-  const double first = data.base.front().time - kMargin;
+void start_knots(Model& model) {
+  const std::vector<BasePose>& base = model.data->base;
+  if (model.options->stations) {
+    for (const BasePose& pose : base) {
+      model.stations.push_back(pose.time - model.offset);
+      model.knots.push_back(block_of(pose_of(model.frames[0].pose.data()).inverse() * pose.world_from_base));
+    }
+    return;
+  }
+  const double first = base.front().time - kMargin;
   model.start = first - model.offset;
-  const double duration = data.base.back().time + kMargin - first;
+  const double duration = base.back().time + kMargin - first;
   const std::size_t count = std::size_t(std::ceil(duration / kKnotSpacing)) + 1;
   if (count > kMaxKnots)
     throw Error(ErrorKind::kInput, "poses of the base", "they last " + fixed(duration, 0) + " s",
-                "give a drive of half an hour at most");
+                "give a recording of half an hour at most");
   model.spacing = duration / double(count - 1);
   const Pose plane_from_world = pose_of(model.frames[0].pose.data()).inverse();
   for (std::size_t k = 0; k < count; ++k) {
-    const Pose pose = plane_from_world * smoothed(data.base, first + double(k) * model.spacing);
+    const Pose pose = plane_from_world * smoothed(base, first + double(k) * model.spacing);
     model.knots.push_back(block_of(model.planar ? in_plane(pose) : pose));
   }
+}
 
+void start_names(Model& model) {
+  const MountData& data = *model.data;
   for (const MarkerSighting& seen : data.sightings) model.marker_names.push_back(seen.marker);
   std::sort(model.marker_names.begin(), model.marker_names.end());
   model.marker_names.erase(std::unique(model.marker_names.begin(), model.marker_names.end()),
@@ -341,22 +385,72 @@ Model start_model(const MountData& data, const MountOptions& options) {
             model.marker_names.begin()));
   model.use_base.assign(data.base.size(), 1);
   model.use_sighting.assign(data.sightings.size(), 1);
+}
 
+}  // namespace
+
+MountData with_start_poses(const MountData& data, const MountOptions& options) {
+  MountData started = data;
+  if (options.carrier != MountCarrier::kHead) return started;
+  started.base.clear();
+  double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
+  for (const HeadAngles& angles : data.angles) {
+    started.base.push_back({angles.time, head_from_tilt({}, angles.pan, angles.tilt)});
+    for (const int i : {0, 1}) {
+      const double angle = i == 0 ? angles.pan : angles.tilt;
+      low[i] = std::min(low[i], angle);
+      high[i] = std::max(high[i], angle);
+    }
+  }
+  for (const int i : {0, 1})
+    if (!(high[i] - low[i] > kMinRotation))
+      throw Error(
+          ErrorKind::kDegenerate, "mount",
+          std::string(i == 0 ? "pan" : "tilt") + " moves by " +
+              fixed(std::max(0.0, high[i] - low[i]) / kDegree, 1) +
+              " degrees only: that axis, i.e. the axis offset and the axis angle, and the rig's pose against "
+              "it are unobservable",
+          "move pan and tilt, each by 20 degrees or more, while a marker is seen");
+  return started;
+}
+
+Model start_model(const MountData& data, const MountOptions& options) {
+  check(data, options);
+  Model model;
+  model.data = &data;
+  model.options = &options;
+  const Pose world_from_plane = plane_of(data.base);
+  model.planar = options.carrier == MountCarrier::kBase &&
+                 (options.motion == BaseMotion::kPlanar ||
+                  (options.motion == BaseMotion::kAuto && is_planar(data.base, world_from_plane)));
+  model.frames = {
+      {-std::numeric_limits<double>::infinity(), block_of(model.planar ? world_from_plane : Pose())}};
+  model.noise.position = model.noise.height = options.position_sigma;
+  model.noise.turn = model.noise.tilt = options.rotation_sigma;
+  model.noise.floor = options.floor_sigma;
+  model.noise.floor_tilt = options.floor_tilt_sigma;
+
+  model.offset = options.time_offset;
+  if (options.carrier == MountCarrier::kHead) model.axes = {0, kPi / 2};
+  start_knots(model);
+  start_names(model);
+  const std::size_t needed = options.stations ? kMinAtStations : kMinSightings;
   std::size_t inside = 0;
   for (const MarkerSighting& seen : data.sightings) inside += model.at(seen.time) ? 1 : 0;
-  if (inside < kMinSightings)
+  if (inside < needed)
     throw Error(ErrorKind::kNotEnoughData, "sightings",
                 std::to_string(inside) + " of " + std::to_string(data.sightings.size()) +
-                    " are within the times of the base poses, and at least " + std::to_string(kMinSightings) +
+                    " are within the times of the base poses, and at least " + std::to_string(needed) +
                     " are needed",
                 "record both on one drive and one clock, or give the clocks' difference as --time-offset");
   const std::vector<Pair> pairs = pairs_of(model, 600);
   start_offset(model, pairs);
   Pose mount = options.prior ? options.prior->pose : hand_eye(model, pairs);
   if (options.height) mount.translation.z() = options.height->value;
-  if (!options.height && !options.prior) start_known(model, mount);
+  if (!options.height && !options.prior && options.carrier == MountCarrier::kBase) start_known(model, mount);
   model.mounts = {{-std::numeric_limits<double>::infinity(), block_of(mount)}};
   start_markers(model, mount);
+  start_world(model);
   return model;
 }
 

@@ -8,4 +8,8 @@ namespace procam::calibrate::mount {
 /// calibrate_mount() does.
 Model start_model(const MountData& data, const MountOptions& options);
 
+/// The data; of a head with poses by its angles and two axes that meet at a right angle, to start from. Throws
+/// Error(kDegenerate) where pan or tilt does not move.
+MountData with_start_poses(const MountData& data, const MountOptions& options);
+
 }  // namespace procam::calibrate::mount

@@ -1,6 +1,7 @@
 #include "procam/io/pose_file.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "document/shared_fields.hpp"
 
@@ -47,6 +48,37 @@ static void fields(Fields& f, FrameTree::Link& link) {
       "it is singular: " + std::to_string(exact) +
           " combinations of its directions have no error at all, as no measured pose has",
       "give the localiser's covariance as it is, and rows and columns of zeros for what is exactly known");
+}
+
+static void fields(Fields& f, PanTiltAxes& axes) {
+  f.field("offset", axes.offset);
+  double degrees = axes.angle / kDegree;
+  f.field("angle_deg", degrees);
+  f.check(std::isfinite(axes.offset) && std::abs(degrees) > 1 && std::abs(degrees) < 179, "angle_deg",
+          "the axes of a head are not parallel", "give the angle between them, about 90");
+  axes.angle = degrees * kDegree;
+}
+
+static void fields(Fields& f, Mount& mount) {
+  fields(f, mount.pose);
+  f.optional("pan_tilt", mount.axes);
+  f.optional("world_from_base", mount.world_from_base);
+  auto joint = mount.joint_covariance.size() > 0 ? std::optional(mount.joint_covariance) : std::nullopt;
+  f.optional("joint_covariance", joint);
+  if (!joint) return;
+  mount.joint_covariance = *joint;
+  const Eigen::Index size = 6 + (mount.axes ? 2 : 0) + (mount.world_from_base ? 6 : 0);
+  f.check(joint->rows() == size, "joint_covariance", "it has not " + std::to_string(size) + " rows",
+          "give that of the pose, the axes and world_from_base, or leave it out");
+  check_covariance(f, "joint_covariance", *joint);
+}
+
+Mount load_mount(const std::filesystem::path& path) {
+  return load_noun<Mount>(path, Syntax::kJson);
+}
+
+void save_mount(const std::filesystem::path& path, const Mount& mount) {
+  save_noun(path, Syntax::kJson, mount);
 }
 
 FrameTree::Link load_pose(const std::filesystem::path& path) {

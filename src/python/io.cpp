@@ -143,6 +143,15 @@ void bind_marker_map_files(py::module_& m) {
 void bind_rig_files(py::module_& m) {
   function(m, "load_pose", &io::load_pose, "Errors as for rig files (rig_file.hpp).", py::arg("path"));
   function(m, "save_pose", &io::save_pose, "", py::arg("path"), py::arg("pose"));
+  Record<io::Mount> mount(m, "Mount", "A rig on a robot, an arm or a pan-tilt head.");
+  mount.fields_init()
+      .field("pose", &io::Mount::pose, "target \"base\", \"flange\" or \"tilt\", source \"rig\"")
+      .field("axes", &io::Mount::axes, "of a head")
+      .field("world_from_base", &io::Mount::world_from_base, "where an arm's base or a head stands")
+      .field("joint_covariance", &io::Mount::joint_covariance, "empty, or as MountResult has it");
+  function(m, "load_mount", &io::load_mount, "Any pose file, with what a mount has besides.",
+           py::arg("path"));
+  function(m, "save_mount", &io::save_mount, "", py::arg("path"), py::arg("mount"));
   function(m, "load_rig", &io::load_rig,
            "Throws Error(kInput) naming file, line and field (\"rig.json:17:\n"
            "cameras[0].intrinsics.fx\") for anything that is missing, unknown, not finite or not\n"

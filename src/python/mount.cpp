@@ -6,7 +6,7 @@
 
 #include "procam/report/mount.hpp"
 #include "procam/session/mount_data.hpp"
-#include "procam/simulate/mount_drive.hpp"
+#include "procam/simulate/mount_motion.hpp"
 
 namespace procam::python {
 namespace {
@@ -14,6 +14,18 @@ namespace {
 void bind_data(py::module_& m) {
   Record<BasePose> base_pose(m, "BasePose", "A pose of the robot's base.");
   Record<MarkerSighting> marker_sighting(m, "MarkerSighting", "A marker that the rig's camera saw.");
+  Record<HeadAngles> head_angles(m, "HeadAngles", "The angles that a pan-tilt head reports.");
+  head_angles.fields_init()
+      .field("time", &HeadAngles::time, "head's clock, seconds")
+      .field("pan", &HeadAngles::pan, "radians")
+      .field("tilt", &HeadAngles::tilt, "radians");
+  Record<PanTiltAxes> pan_tilt_axes(m, "PanTiltAxes", "The invariants of the two axes of a pan-tilt head.");
+  pan_tilt_axes.fields_init()
+      .field("offset", &PanTiltAxes::offset, "along the common perpendicular, metres")
+      .field("angle", &PanTiltAxes::angle, "about the common perpendicular, radians");
+  function(m, "head_from_tilt", &head_from_tilt,
+           "Rz(pan) Tx(offset) Rx(angle) Rz(tilt): pose of the tilting part, angles in radians.",
+           py::arg("axes"), py::arg("pan"), py::arg("tilt"));
   Record<MountData> mount_data(m, "MountData", "The recordings of a drive.");
   base_pose.fields_init()
       .field("time", &BasePose::time, "localiser's clock, seconds")
@@ -25,6 +37,7 @@ void bind_data(py::module_& m) {
              "with the covariance of the left increment, in the marker's frame");
   mount_data.fields_init()
       .field("base", &MountData::base, "times grow")
+      .field("angles", &MountData::angles, "of a pan-tilt head, instead of base; times grow")
       .field("sightings", &MountData::sightings, "in any order");
 }
 
@@ -33,6 +46,10 @@ void bind_options(py::module_& m) {
       .value("kAuto", calibrate::BaseMotion::kAuto)
       .value("kPlanar", calibrate::BaseMotion::kPlanar)
       .value("kFull", calibrate::BaseMotion::kFull);
+  Enum<calibrate::MountCarrier>(m, "MountCarrier", "")
+      .value("kBase", calibrate::MountCarrier::kBase)
+      .value("kFlange", calibrate::MountCarrier::kFlange)
+      .value("kHead", calibrate::MountCarrier::kHead);
   Record<calibrate::MountMarker> mount_marker(
       m, "MountMarker", "A marker in the world; the covariance is of the left increment, in the world.");
   Record<calibrate::MountHeight> mount_height(
@@ -46,11 +63,18 @@ void bind_options(py::module_& m) {
       .field("value", &calibrate::MountHeight::value, "")
       .field("sigma", &calibrate::MountHeight::sigma, "");
   mount_options.fields_init()
-      .field("motion", &calibrate::MountOptions::motion, "")
+      .field("carrier", &calibrate::MountOptions::carrier,
+             "a robot's base, an arm's flange or a pan-tilt head")
+      .field("motion", &calibrate::MountOptions::motion, "of a robot")
+      .field("stations", &calibrate::MountOptions::stations,
+             "it stood still at each pose; a sighting belongs to the pose nearest in time")
+      .field("station_time", &calibrate::MountOptions::station_time,
+             "a sighting further from any station is not used, seconds")
       .field("height", &calibrate::MountOptions::height, "as measured")
       .field("prior", &calibrate::MountOptions::prior,
              "base_from_rig as known before (drawing, earlier calibration)")
-      .field("markers", &calibrate::MountOptions::markers, "markers of known pose in the localiser's world")
+      .field("markers", &calibrate::MountOptions::markers,
+             "markers of known pose in the localiser's world; of an arm and a head in any world")
       .field("estimate_time_offset", &calibrate::MountOptions::estimate_time_offset,
              "else time_offset is exact")
       .field("time_offset", &calibrate::MountOptions::time_offset, "start value, seconds")
@@ -97,6 +121,12 @@ void bind_result(py::module_& m) {
       .field("sigma_data", &calibrate::MountDirection::sigma_data, "from the drive alone")
       .field("observable", &calibrate::MountDirection::observable, "");
   mount_result.fields_init()
+      .field("carrier", &calibrate::MountResult::carrier, "")
+      .field("axes", &calibrate::MountResult::axes, "of a head")
+      .field("world_from_base", &calibrate::MountResult::world_from_base,
+             "of an arm's base or a head; None without markers of known pose")
+      .field("joint_covariance", &calibrate::MountResult::joint_covariance,
+             "of base_from_rig, axes and world_from_base, as far as they are there")
       .field("base_from_rig", &calibrate::MountResult::base_from_rig,
              "After the last bump, if there was one. The covariance is of the left increment\n"
              "[rotation, translation] in the base's frame.")
@@ -134,6 +164,7 @@ void bind_drives(py::module_& m) {
   Record<simulate::MountDrive> mount_drive(m, "MountDrive", "");
   sighting_options.fields_init()
       .field("sighting_rate", &simulate::SightingOptions::sighting_rate, "images a second")
+      .field("image_times", &simulate::SightingOptions::image_times, "instead: since the start, seconds")
       .field("corner_sigma_px", &simulate::SightingOptions::corner_sigma_px, "")
       .field("markers", &simulate::SightingOptions::markers, "")
       .field("marker_size", &simulate::SightingOptions::marker_size, "metres")
@@ -156,6 +187,7 @@ void bind_drives(py::module_& m) {
       .field("outliers", &simulate::MarkerSightings::outliers, "indices of messages");
   mount_drive_options.fields_init()
       .field("rate", &simulate::MountDriveOptions::rate, "messages a second")
+      .field("pose_times", &simulate::MountDriveOptions::pose_times, "instead: since the start, seconds")
       .field("position_sigma", &simulate::MountDriveOptions::position_sigma, "metres")
       .field("rotation_sigma", &simulate::MountDriveOptions::rotation_sigma, "radians")
       .field("correlation_s", &simulate::MountDriveOptions::correlation_s,
@@ -171,6 +203,45 @@ void bind_drives(py::module_& m) {
       .field("sightings", &simulate::MountDrive::sightings, "")
       .field("time_offset", &simulate::MountDrive::time_offset,
              "localiser stamp less camera stamp of one moment, seconds");
+  Record<simulate::ArmMotionOptions> arm_options(m, "ArmMotionOptions", "");
+  arm_options.fields_init()
+      .field("duration", &simulate::ArmMotionOptions::duration, "seconds at least")
+      .field("axes", &simulate::ArmMotionOptions::axes, "of rotation: 3, 1 or 0")
+      .field("turn", &simulate::ArmMotionOptions::turn, "at most, radians")
+      .field("reach", &simulate::ArmMotionOptions::reach, "at most, metres")
+      .field("speed", &simulate::ArmMotionOptions::speed, "at most, m/s")
+      .field("turn_speed", &simulate::ArmMotionOptions::turn_speed, "at most, rad/s")
+      .field("seed", &simulate::ArmMotionOptions::seed, "");
+  Record<simulate::ArmMotion> arm_motion(m, "ArmMotion", "");
+  arm_motion.field("drive", &simulate::ArmMotion::drive, "base_from_flange")
+      .field("rests", &simulate::ArmMotion::rests, "times since the start, seconds");
+  Record<simulate::HeadRunOptions, simulate::SightingOptions> head_options(m, "HeadRunOptions", "");
+  head_options.fields_init()
+      .field("duration", &simulate::HeadRunOptions::duration, "seconds at least")
+      .field("rate", &simulate::HeadRunOptions::rate, "angles a second")
+      .field("latency", &simulate::HeadRunOptions::latency, "by which their stamps are late, seconds")
+      .field("angle_step", &simulate::HeadRunOptions::angle_step, "quantisation, radians")
+      .field("angle_sigma", &simulate::HeadRunOptions::angle_sigma, "radians")
+      .field("runout", &simulate::HeadRunOptions::runout, "of the axes: radians, metres")
+      .field("pan_range", &simulate::HeadRunOptions::pan_range, "to each side, radians")
+      .field("tilt_range", &simulate::HeadRunOptions::tilt_range, "to each side, radians")
+      .field("turn_speed", &simulate::HeadRunOptions::turn_speed, "at most, rad/s")
+      .field("stations", &simulate::HeadRunOptions::stations, "only where it stands still")
+      .field("slip_time", &simulate::HeadRunOptions::slip_time, "from this time on pan is wrong by slip")
+      .field("slip", &simulate::HeadRunOptions::slip, "radians");
+  Record<simulate::HeadRun> head_run(m, "HeadRun", "");
+  head_run.field("angles", &simulate::HeadRun::angles, "as reported")
+      .field("sightings", &simulate::HeadRun::sightings, "")
+      .field("axes", &simulate::HeadRun::axes, "")
+      .field("time_offset", &simulate::HeadRun::time_offset, "seconds");
+  function(m, "arm_motion", &simulate::arm_motion, "From random pose to random pose, at rest at each.",
+           py::arg_v("options", simulate::ArmMotionOptions{}, "ArmMotionOptions()"));
+  function(m, "arm_options", &simulate::arm_options, "An arm's noise and its rig, by the seed.",
+           py::arg("seed"));
+  function(m, "world_from_carrier", &simulate::world_from_carrier,
+           "Where an arm's base or a head stands, by the seed.", py::arg("seed"));
+  function(m, "head_run", &simulate::head_run, "A pan-tilt head before markers, with the truth.",
+           py::arg_v("options", simulate::HeadRunOptions{}, "HeadRunOptions()"));
   function(m, "marker_sightings", &simulate::marker_sightings,
            "What the camera of a rig sees of markers along a drive, with the true mount.", py::arg("drive"),
            py::arg_v("options", simulate::SightingOptions{}, "SightingOptions()"));
@@ -185,6 +256,7 @@ void bind_recordings(py::module_& m) {
   Record<session::SightingImages> sighting_images(m, "SightingImages", "");
   mount_files.fields_init()
       .field("base", &session::MountFiles::base, "a pose log, or a trajectory of another program")
+      .field("angles", &session::MountFiles::angles, "or of a pan-tilt head: a log of angles")
       .field("sightings", &session::MountFiles::sightings, "")
       .field("child", &session::MountFiles::child, "name of the base in its log")
       .field("rig", &session::MountFiles::rig, "name of the rig in the log of sightings");

@@ -450,6 +450,42 @@ void bind_pose_sources(py::module_& m) {
            py::arg("text"), py::arg_v("options", track::SourceOptions{}, "SourceOptions()"));
 }
 
+void bind_head_angles(py::module_& m) {
+  Record<track::StampedAngles> stamped_angles(m, "StampedAngles", "Angles of a pan-tilt head.");
+  Record<track::ParsedAngles> parsed_angles(m, "ParsedAngles", "");
+  Record<track::PlacedHead> placed_head(m, "PlacedHead", "A head that stands in the world.");
+  stamped_angles.fields_init()
+      .field("stamp", &track::StampedAngles::stamp, "head's clock, seconds")
+      .field("arrival", &track::StampedAngles::arrival, "local steady clock, seconds")
+      .field("pan", &track::StampedAngles::pan, "radians")
+      .field("tilt", &track::StampedAngles::tilt, "radians")
+      .field("sequence", &track::StampedAngles::sequence, "");
+  parsed_angles.fields_init()
+      .field("angles", &track::ParsedAngles::angles, "")
+      .field("malformed", &track::ParsedAngles::malformed, "")
+      .field("why", &track::ParsedAngles::why, "of the last malformed one");
+  placed_head.fields_init()
+      .field("axes", &track::PlacedHead::axes, "")
+      .field("world_from_head", &track::PlacedHead::world_from_head, "")
+      .field("frame", &track::PlacedHead::frame, "of the poses")
+      .field("child", &track::PlacedHead::child, "of the poses");
+  function(m, "parse_angles", &track::parse_angles,
+           "JSON lines with pan_deg and tilt_deg; what is none is counted with its reason.",
+           py::arg("lines"));
+  function(m, "angles_to_json_line", &track::angles_to_json_line, "What parse_angles() reads.",
+           py::arg("angles"));
+  function(m, "read_angle_log", &track::read_angle_log, "Throws Error(kIo), Error(kInput) with the line.",
+           py::arg("path"));
+  function(m, "write_angle_log", &track::write_angle_log, "Throws Error(kIo).", py::arg("path"),
+           py::arg("angles"));
+  function(m, "pose_of", &track::pose_of, "The tilting part's pose by the angles.", py::arg("angles"),
+           py::arg("head"));
+  function(m, "open_head_source", &track::open_head_source,
+           "Poses of the tilting part by the angles that arrive: udp:PORT, tcp:HOST:PORT,\n"
+           "tcp-listen:PORT or log:FILE. Errors as of open_pose_source().",
+           py::arg("text"), py::arg("head"), py::arg_v("options", track::SourceOptions{}, "SourceOptions()"));
+}
+
 void bind_pose_sender(py::module_& m) {
   Record<track::PoseSender> pose_sender(m, "PoseSender", "Sends poses.");
   pose_sender
@@ -485,6 +521,7 @@ void bind_track(py::module_& m) {
   bind_trajectory(m);
   bind_wire(m);
   bind_pose_sources(m);
+  bind_head_angles(m);
   bind_pose_sender(m);
 }
 

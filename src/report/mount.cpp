@@ -9,6 +9,7 @@
 
 namespace procam::report {
 
+using calibrate::MountCarrier;
 using calibrate::MountDirection;
 using calibrate::MountEvent;
 using calibrate::MountMarker;
@@ -17,7 +18,11 @@ using calibrate::MountResult;
 namespace {
 
 bool is_angle(std::size_t direction) {
-  return direction < 3;
+  return direction < 3 || direction == 7;
+}
+
+const char* carrier_name(MountCarrier carrier) {
+  return carrier == MountCarrier::kFlange ? "flange" : carrier == MountCarrier::kHead ? "head" : "base";
 }
 
 std::string kind_name(MountEvent::Kind kind) {
@@ -28,16 +33,46 @@ Vec3 rotation_deg(const Pose& pose) {
   return so3_log(pose.rotation) / kDegree;
 }
 
-/// Of each direction its value: degrees and millimetres. The angles are those of the first camera against one that looks
-/// along the base's x axis: yaw to the left, pitch down, roll clockwise, applied in the order Rz(yaw) Ry(pitch) Rx(roll).
-std::array<double, 6> direction_values(const Pose& base_from_rig) {
-  Mat3 ahead_from_optical;
-  ahead_from_optical << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  const Mat3 r = base_from_rig.rotation_matrix() * ahead_from_optical.transpose();
-  const double yaw = std::atan2(r(1, 0), r(0, 0)), pitch = std::asin(std::clamp(-r(2, 0), -1.0, 1.0)),
-               roll = std::atan2(r(2, 1), r(2, 2));
-  const Vec3 at = 1e3 * base_from_rig.translation;
-  return {roll / kDegree, pitch / kDegree, yaw / kDegree, at.x(), at.y(), at.z()};
+/// The rotation against which the angles of the first camera count, Rz(yaw) Ry(pitch) Rx(roll): on a base it looks along
+/// x (yaw to the left, pitch down, roll clockwise), on a flange it has the flange's axes, on a head it looks along the
+/// common perpendicular of the axes with the tilt axis to its right.
+Mat3 usual_rotation(MountCarrier carrier) {
+  Mat3 usual = Mat3::Identity();
+  if (carrier == MountCarrier::kBase) usual << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  if (carrier == MountCarrier::kHead) usual << 0, 0, 1, 0, -1, 0, 1, 0, 0;
+  return usual;
+}
+
+/// A head whose tilt grows downwards has the camera along the perpendicular's other direction.
+double within_right_angle(double degrees) {
+  return degrees > 90 ? degrees - 180 : degrees < -90 ? degrees + 180 : degrees;
+}
+
+/// Of each direction its value: degrees and millimetres. The tilt zero is the reported tilt at which the camera looks
+/// along the common perpendicular of the axes: level, if the pan axis is upright.
+std::vector<double> direction_values(const MountResult& result) {
+  const Pose& mount = result.base_from_rig.pose;
+  const Mat3 r = mount.rotation_matrix() * usual_rotation(result.carrier).transpose();
+  double yaw = std::atan2(r(1, 0), r(0, 0)) / kDegree,
+         pitch = std::asin(std::clamp(-r(2, 0), -1.0, 1.0)) / kDegree,
+         roll = std::atan2(r(2, 1), r(2, 2)) / kDegree;
+  if (result.carrier == MountCarrier::kHead) yaw = within_right_angle(-yaw), roll = within_right_angle(roll);
+  const Vec3 at = 1e3 * mount.translation;
+  std::vector<double> values{roll, pitch, yaw, at.x(), at.y(), at.z()};
+  if (result.axes) {
+    values.push_back(1e3 * result.axes->offset);
+    values.push_back(result.axes->angle / kDegree);
+  }
+  return values;
+}
+
+/// The reported pan at which the camera, level, looks along the world's x axis; degrees.
+double pan_zero(const MountResult& result) {
+  const Pose& world_from_head = result.world_from_base->pose;
+  const Vec3 sight = result.base_from_rig.pose.rotate(Vec3::UnitZ());
+  const Vec3 x = world_from_head.rotation.conjugate() * Vec3::UnitX();
+  const double ahead = std::atan2(x.y(), x.x()) - (sight.x() < 0 ? kPi : 0);
+  return std::remainder(ahead, 2 * kPi) / kDegree;
 }
 
 }  // namespace
@@ -67,13 +102,25 @@ static void fields(Fields& f, const MountEvent& event) {
 }
 
 static void fields(Fields& f, const MountResult& result) {
+  f.field("carrier", std::string(carrier_name(result.carrier)));
   const Pose& mount = result.base_from_rig.pose;
   f.object("base_from_rig", [&](Fields& pose) {
     pose.field("translation", mount.translation);
     pose.field("rotation_xyzw", Vec4(mount.rotation.coeffs()));
-    const std::array<double, 6> values = direction_values(mount);
+    const std::vector<double> values = direction_values(result);
     pose.field("roll_pitch_yaw_deg", Vec3(values[0], values[1], values[2]));
   });
+  if (result.axes)
+    f.object("axes", [&](Fields& axes) {
+      axes.field("offset", result.axes->offset);
+      axes.field("angle_deg", result.axes->angle / kDegree);
+      if (result.world_from_base) axes.field("pan_zero_deg", pan_zero(result));
+    });
+  if (result.world_from_base)
+    f.object("world_from_base", [&](Fields& pose) {
+      pose.field("translation", result.world_from_base->pose.translation);
+      pose.field("rotation_xyzw", Vec4(result.world_from_base->pose.rotation.coeffs()));
+    });
   f.field("directions", result.directions);
   f.field("unobservable", result.unobservable());
   f.field("planar", result.planar);
@@ -99,26 +146,54 @@ std::string to_json(const MountResult& result) {
 }
 
 std::vector<std::string> lines(const MountResult& result) {
-  std::vector<std::string> lines{format("%zu base poses and %zu sightings of %zu markers; the base moves %s",
-                                        result.base_poses_used, result.sightings_used, result.markers.size(),
-                                        result.planar ? "in a plane" : "in space")};
-  lines.push_back("base_from_rig        value      sigma   sigma of the drive alone");
-  const std::array<double, 6> values = direction_values(result.base_from_rig.pose);
+  const bool base = result.carrier == MountCarrier::kBase, of_head = result.axes.has_value();
+  std::vector<std::string> lines{format("%zu %s and %zu sightings of %zu markers", result.base_poses_used,
+                                        base      ? "base poses"
+                                        : of_head ? "angles"
+                                                  : "arm poses",
+                                        result.sightings_used, result.markers.size())};
+  if (base) lines[0] += result.planar ? "; the base moves in a plane" : "; the base moves in space";
+  lines.push_back(base      ? "base_from_rig        value      sigma   sigma of the drive alone"
+                  : of_head ? "tilt_from_rig        value      sigma   sigma of the motion alone"
+                            : "flange_from_rig      value      sigma   sigma of the motion alone");
+  const std::vector<double> values = direction_values(result);
   for (std::size_t i = 0; i < result.directions.size(); ++i) {
     const MountDirection& direction = result.directions[i];
     const char* const unit = is_angle(i) ? "deg" : "mm";
     const double scale = is_angle(i) ? 1 / kDegree : 1e3;
     const std::string drive = direction.observable ? format("%8.3f %s", scale * direction.sigma_data, unit)
                                                    : "not observable: as stated";
-    lines.push_back(format("  %-8s %12.3f %10.3f %-3s  %s", direction.name.c_str(), values[i],
+    lines.push_back(format("  %-11s %9.3f %10.3f %-3s  %s", direction.name.c_str(), values[i],
                            scale * direction.sigma, unit, drive.c_str()));
   }
-  lines.push_back(format("time offset %.1f +- %.1f ms (localiser's stamps %s against the camera's)",
-                         1e3 * result.time_offset, 1e3 * result.time_offset_sigma,
-                         result.time_offset >= 0 ? "late" : "early"));
-  lines.push_back(
-      format("noise of the localiser %.1f mm, %.2f deg; of the sightings %.2f times their covariance",
-             1e3 * result.position_sigma, result.rotation_sigma / kDegree, result.sighting_factor));
+  if (result.world_from_base) {
+    const PoseWithCovariance& world = *result.world_from_base;
+    const Vec3 at = 1e3 * world.pose.translation,
+               sigma = 1e3 * point_covariance(world, Vec3::Zero()).diagonal().cwiseMax(0).cwiseSqrt();
+    lines.push_back(format("%s in the world at %.1f, %.1f, %.1f mm, +- %.1f, %.1f, %.1f mm",
+                           of_head ? "head" : "arm's base", at.x(), at.y(), at.z(), sigma.x(), sigma.y(),
+                           sigma.z()));
+    if (of_head)
+      lines.push_back(format("it looks along the world's x axis at pan %.2f deg", pan_zero(result)));
+  }
+  if (result.time_offset_sigma > 0)
+    lines.push_back(format("time offset %.1f +- %.1f ms (%s stamps %s against the camera's)",
+                           1e3 * result.time_offset, 1e3 * result.time_offset_sigma,
+                           base      ? "localiser's"
+                           : of_head ? "head's"
+                                     : "arm's",
+                           result.time_offset >= 0 ? "late" : "early"));
+  const std::string of_sightings =
+      format("; of the sightings %.2f times their covariance", result.sighting_factor);
+  if (of_head)
+    lines.push_back(format("noise of the angles %.3f deg; runout of the axes %.3f mm",
+                           result.rotation_sigma / kDegree, 1e3 * result.position_sigma) +
+                    of_sightings);
+  else
+    lines.push_back(
+        format(base ? "noise of the localiser %.1f mm, %.2f deg" : "noise of the arm %.2f mm, %.3f deg",
+               1e3 * result.position_sigma, result.rotation_sigma / kDegree) +
+        of_sightings);
   if (result.planar)
     lines.push_back(format("the floor is uneven by %.2f mm and %.3f deg", 1e3 * result.floor_sigma,
                            result.floor_tilt_sigma / kDegree));
@@ -138,13 +213,33 @@ struct Above {
   }
 };
 
+/// The reported poses of a base or a flange; of a head the poses of the rig on it.
+std::vector<BasePose> shown_poses(const MountResult& result, const MountData& data) {
+  if (result.carrier != MountCarrier::kHead) return data.base;
+  std::vector<BasePose> poses;
+  for (const BasePose& pose : result.path)
+    poses.push_back({pose.time, pose.world_from_base * result.base_from_rig.pose});
+  return poses;
+}
+
+/// Where the first camera of a head looks, every now and then.
+std::string sights(const std::vector<BasePose>& rig, const Above& above) {
+  Marks marks;
+  const std::size_t step = 1 + rig.size() / 80;
+  for (std::size_t i = 0; i < rig.size(); i += step) {
+    const Vec3 from = rig[i].world_from_base.translation, to = rig[i].world_from_base * Vec3(0, 0, 0.6);
+    marks.line(above.at(from.head<2>()), above.at(to.head<2>()));
+  }
+  return marks.path("stroke=\"#b0620f\" stroke-opacity=\"0.35\" stroke-width=\"1\" fill=\"none\"");
+}
+
 Above frame_around(const MountResult& result, const MountData& data) {
   Above above{Vec2::Constant(1e300), Vec2::Constant(-1e300)};
   const auto include = [&](const Vec3& p) {
     above.low = above.low.cwiseMin(p.head<2>());
     above.high = above.high.cwiseMax(p.head<2>());
   };
-  for (const BasePose& pose : data.base) include(pose.world_from_base.translation);
+  for (const BasePose& pose : shown_poses(result, data)) include(pose.world_from_base.translation);
   for (const MountMarker& marker : result.markers) include(marker.world_from_marker.pose.translation);
   const double extent = std::max(0.5, (above.high - above.low).maxCoeff());
   const Vec2 middle = 0.5 * (above.low + above.high);
@@ -158,7 +253,8 @@ const char* const kText = "font-family=\"sans-serif\" font-size=\"13\" fill=\"#2
 
 std::string path_of(const std::vector<BasePose>& poses, const Above& above) {
   std::string d;
-  for (std::size_t i = 0; i < poses.size(); i += 3)
+  const std::size_t step = poses.size() > 300 ? 3 : 1;
+  for (std::size_t i = 0; i < poses.size(); i += step)
     d += (i == 0 ? "M" : "L") + position(above.at(poses[i].world_from_base.translation.head<2>()));
   return d;
 }
@@ -166,11 +262,15 @@ std::string path_of(const std::vector<BasePose>& poses, const Above& above) {
 std::string drive_from_above(const MountResult& result, const MountData& data) {
   const Above above = frame_around(result, data);
   Marks reported;
-  for (const BasePose& pose : data.base) reported.dot(above.at(pose.world_from_base.translation.head<2>()));
-  std::string drawing = reported.path("stroke=\"#9fb4cc\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
-  drawing += element(
-      "path",
-      "d=\"" + path_of(result.path, above) + "\" fill=\"none\" stroke=\"#1c4f8f\" stroke-width=\"1.4\"", "");
+  const std::vector<BasePose> poses = shown_poses(result, data);
+  for (const BasePose& pose : poses) reported.dot(above.at(pose.world_from_base.translation.head<2>()));
+  std::string drawing = result.axes ? sights(poses, above) : "";
+  drawing = reported.path("stroke=\"#9fb4cc\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
+  if (!result.axes)
+    drawing += element(
+        "path",
+        "d=\"" + path_of(result.path, above) + "\" fill=\"none\" stroke=\"#1c4f8f\" stroke-width=\"1.4\"",
+        "");
   for (const MountMarker& marker : result.markers) {
     const Pose& pose = marker.world_from_marker.pose;
     const Vec3 half = 0.5 * 0.16 * pose.rotate(Vec3::UnitX());
@@ -198,7 +298,10 @@ std::string drive_from_above(const MountResult& result, const MountData& data) {
   drawing += bar.path("stroke=\"#222\" stroke-width=\"3\" fill=\"none\"");
   drawing += label(Vec2(kRim + above.scale * ruler + 10, kSide + 11), kText, shortest(ruler) + " m");
   drawing += label(Vec2(kRim, kSide + 32), kText,
-                   "The drive from above: localiser (dots), path (line), markers (green)");
+                   result.carrier == MountCarrier::kBase
+                       ? "The drive from above: localiser (dots), path (line), markers (green)"
+                   : result.axes ? "From above: where the rig on the head looks (brown), markers (green)"
+                                 : "From above: arm's poses (dots), path (line), markers (green)");
   return drawing;
 }
 
@@ -217,7 +320,7 @@ std::string mount_from_above(const MountResult& result) {
   std::string drawing = axes.path("stroke=\"#222\" stroke-width=\"2\" fill=\"none\"");
   drawing += label(at(Vec2(0.5 * reach, 0)) + Vec2(-14, 4), kText, "x");
   drawing += label(at(Vec2(0, 0.5 * reach)) + Vec2(-6, 18), kText, "y");
-  drawing += label(at(Vec2::Zero()) + Vec2(6, 18), kText, "base");
+  drawing += label(at(Vec2::Zero()) + Vec2(6, 18), kText, carrier_name(result.carrier));
   drawing += sight.path("stroke=\"#b0620f\" stroke-width=\"2\" stroke-dasharray=\"5 4\" fill=\"none\"");
   const Mat2 covariance = point_covariance(result.base_from_rig, Vec3::Zero()).topLeftCorner<2, 2>();
   const SymmetricEigen2 eigen = symmetric_eigen(covariance);
@@ -240,15 +343,19 @@ std::string mount_from_above(const MountResult& result) {
                    format("x %.1f +- %.1f mm, y %.1f +- %.1f mm", 1e3 * mount.translation.x(),
                           1e3 * std::sqrt(covariance(0, 0)), 1e3 * mount.translation.y(),
                           1e3 * std::sqrt(covariance(1, 1))));
-  drawing += label(Vec2(left, kSide + 32), kText,
-                   "The rig on the base; 95 % region " + shortest(magnified) + " times larger");
+  drawing +=
+      label(Vec2(left, kSide + 32), kText,
+            (result.axes ? "The rig against the axes, from the side; 95 % region "
+                         : "The rig on the " + std::string(carrier_name(result.carrier)) + "; 95 % region ") +
+                shortest(magnified) + " times larger");
   return drawing;
 }
 
 }  // namespace
 
 std::string mount_picture(const MountResult& result, const MountData& data) {
-  require(!data.base.empty() && !result.path.empty(), "mount_picture: there is no drive");
+  require(!(data.base.empty() && data.angles.empty()) && !result.path.empty(),
+          "mount_picture: there is no drive");
   const Vec2 size(kSide + kInset, kSide + kFoot);
   std::string picture = svg(box(Vec2::Zero(), size), "The drive and the pose of the rig on its base",
                             rectangle("fill=\"#fff\"", Vec2::Zero(), size) + drive_from_above(result, data) +

@@ -8,6 +8,7 @@
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
+#include "procam/track/head_angles.hpp"
 #include "procam/track/locate.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/trajectory_file.hpp"
@@ -93,6 +94,25 @@ void read_base(const MountFiles& files, MountRecording& recording) {
                                    " poses are not later than those before them and are skipped");
 }
 
+void read_angles(const MountFiles& files, MountRecording& recording) {
+  const std::vector<track::StampedAngles> log = track::read_angle_log(files.angles);
+  add_input(recording, files.angles);
+  std::size_t dropped = 0;
+  std::vector<HeadAngles>& angles = recording.data.angles;
+  for (const track::StampedAngles& message : log) {
+    const double time = message.stamp.value_or(message.arrival);
+    if (!angles.empty() && !(time > angles.back().time))
+      ++dropped;
+    else
+      angles.push_back({time, message.pan, message.tilt});
+  }
+  if (dropped > 0)
+    recording.diagnostics.note("poses_out_of_order",
+                               files.angles + ": " + std::to_string(dropped) + " of " +
+                                   std::to_string(log.size()) +
+                                   " angles are not later than those before them and are skipped");
+}
+
 void read_sightings(const MountFiles& files, MountRecording& recording) {
   if (!is_pose_log(files.sightings))
     throw Error(ErrorKind::kInput, files.sightings, "it is no pose log",
@@ -163,7 +183,10 @@ std::optional<PoseWithCovariance> marker_from_rig(const SeenMarker& seen, ImageS
 
 MountRecording read_mount_data(const MountFiles& files) {
   MountRecording recording;
-  read_base(files, recording);
+  if (files.angles.empty())
+    read_base(files, recording);
+  else
+    read_angles(files, recording);
   if (!files.sightings.empty()) read_sightings(files, recording);
   return recording;
 }

@@ -4,10 +4,13 @@
 
 #include "depth_surfaces.hpp"
 #include "marker_source.hpp"
+#include "procam/dds/pose_source.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/marker_map_file.hpp"
+#include "procam/io/pose_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/track/head_angles.hpp"
 #include "run_options.hpp"
 
 namespace procam::show {
@@ -87,6 +90,26 @@ std::unique_ptr<DepthSurfaceSource> watch_room(const ShowOptions& options, const
   opening.size = watch.room.camera.camera.size;
   return std::make_unique<DepthSurfaceSource>(
       [source = named.source, opening] { return device::open_depth(source, opening); }, watch);
+}
+
+std::unique_ptr<track::PoseSource> open_poses(const ShowOptions& options, const std::string& text) {
+  const io::Mount mount = options.mount.empty() ? io::Mount() : io::load_mount(options.mount);
+  const std::string angles = "pan-tilt:";
+  const bool of_head = text.rfind(angles, 0) == 0;
+  if (of_head && !mount.axes)
+    throw Error(ErrorKind::kInput, "pose source '" + text + "'",
+                options.mount.empty() ? "the axes of the head are not given"
+                                      : options.mount + " has no axes of a head",
+                "give the file of calibrate-mount --pan-tilt as --mount");
+  if (mount.axes && !of_head)
+    throw Error(ErrorKind::kInput, "pose source '" + text + "'", options.mount + " is of a pan-tilt head",
+                "give the source of its angles, e.g. --pose-source pan-tilt:udp:9000");
+  if (of_head)
+    return track::open_head_source(text.substr(angles.size()),
+                                   {*mount.axes, mount.world_from_base.value_or(Pose())});
+  std::unique_ptr<track::PoseSource> source = dds::open_pose_source(text);
+  if (mount.world_from_base) source = track::moved_source(std::move(source), *mount.world_from_base);
+  return source;
 }
 
 std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const Rig& rig) {

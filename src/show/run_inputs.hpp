@@ -21,6 +21,10 @@ namespace procam::show {
 std::unique_ptr<DepthSurfaceSource> watch_room(const ShowOptions& options, const Rig& rig,
                                                const ProjectionOptions& projection);
 
+/// A source of poses by its text, or of the angles of a pan-tilt head ("pan-tilt:udp:9000"), with what the mount's file
+/// says about the head or about where an arm stands. Throws Error(kInput) where both do not fit together.
+std::unique_ptr<track::PoseSource> open_poses(const ShowOptions& options, const std::string& text);
+
 /// A camera on the rig whose markers give poses.
 std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const Rig& rig);
 

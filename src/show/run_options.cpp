@@ -30,12 +30,15 @@ std::shared_ptr<render::Renderer> renderer_for(const ShowOptions& options) {
 }
 
 Pose load_mount(const std::string& file, const Rig& rig, const RigProjector& projector) {
-  FrameTree::Link mount = io::load_pose(file);
-  if (mount.target != "base" && mount.source != "base")
-    throw Error(ErrorKind::kInput, file, "it does not tell where anything is on 'base'",
+  FrameTree::Link mount = io::load_mount(file).pose;
+  const auto is_carrier = [](const std::string& frame) {
+    return frame == "base" || frame == "flange" || frame == "tilt";
+  };
+  if (!is_carrier(mount.target) && !is_carrier(mount.source))
+    throw Error(ErrorKind::kInput, file, "it does not tell where anything is on 'base', 'flange' or 'tilt'",
                 "give a pose between 'base' and the rig, its projector or a camera");
   // room_frames() attaches a device's surroundings to the rig under the name "world".
-  (mount.target == "base" ? mount.target : mount.source) = "world";
+  (is_carrier(mount.target) ? mount.target : mount.source) = "world";
   return room_frames(rig, projector, std::move(mount)).get("world", "rig").pose;
 }
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "depth_surfaces.hpp"
-#include "procam/dds/pose_source.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
@@ -313,7 +312,7 @@ double ShowRun::measured_delay() {
 
 void ShowRun::open_inputs() {
   for (const std::string& text : options_.poses) {
-    sources_.push_back(dds::open_pose_source(text));
+    sources_.push_back(open_poses(options_, text));
     tell_opened(*sources_.back());
     if (link_)
       sources_.back() = std::make_unique<HeardPoses>(

@@ -3,34 +3,15 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <random>
 
+#include "draw.hpp"
+#include "mount_sightings.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/core/lens/distortion/brown_conrady.hpp"
 
 namespace procam::simulate {
 namespace {
-
-/// Equal on every machine, which the standard's distributions are not.
-class Draw {
- public:
-  Draw(std::uint64_t seed, std::uint64_t stream) : random_(seed * 0x9e3779b97f4a7c15u + stream) {
-    random_.discard(8);
-  }
-  double uniform(double low, double high) { return low + (high - low) * double(random_() >> 11) * 0x1p-53; }
-  double gauss() {
-    const double u = 1 - uniform(0, 1), v = uniform(0, 2 * kPi);
-    return std::sqrt(-2 * std::log(u)) * std::cos(v);
-  }
-  Vec3 gauss3() {
-    const double x = gauss(), y = gauss(), z = gauss();
-    return {x, y, z};
-  }
-
- private:
-  std::mt19937_64 random_;
-};
 
 Camera usual_camera() {
   Camera camera;
@@ -145,9 +126,13 @@ std::vector<track::StampedPose> localiser_poses(const Drive& drive, const MountD
     jump = there * options.jump * there.inverse();
   }
   std::vector<track::StampedPose> poses;
-  const int count = int((drive.end_time() - drive.start_time()) * options.rate);
-  for (int i = 0; i <= count; ++i) {
-    const double time = drive.start_time() + i / options.rate;
+  std::vector<double> times;
+  for (const double time : options.pose_times) times.push_back(drive.start_time() + time);
+  if (times.empty())
+    for (int i = 0; i <= int((drive.end_time() - drive.start_time()) * options.rate); ++i)
+      times.push_back(drive.start_time() + i / options.rate);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double time = times[i];
     track::StampedPose message;
     message.stamp = time + options.latency;
     message.arrival = *message.stamp;
@@ -171,9 +156,20 @@ std::vector<track::StampedPose> localiser_poses(const Drive& drive, const MountD
   return poses;
 }
 
+std::vector<double> image_times(double start, double duration, const SightingOptions& options) {
+  std::vector<double> times;
+  for (const double time : options.image_times) times.push_back(start + time);
+  if (!times.empty()) return times;
+  const int images = int(duration * options.sighting_rate);
+  // Not in step with the localiser.
+  for (int k = 0; k <= images; ++k) times.push_back(start + (k + 0.37) / options.sighting_rate);
+  return times;
+}
+
 }  // namespace
 
-MarkerSightings marker_sightings(const Drive& drive, const SightingOptions& options) {
+MarkerSightings sightings_along(const Motion& drive, double start, double end,
+                                const SightingOptions& options) {
   require(options.sighting_rate > 0 && options.corner_sigma_px > 0 && options.markers > 0 &&
               options.marker_size > 0 && options.outliers >= 0 && options.outliers < 1 &&
               options.floor_sigma >= 0 && options.floor_tilt_sigma >= 0,
@@ -186,18 +182,15 @@ MarkerSightings marker_sightings(const Drive& drive, const SightingOptions& opti
   made.base_from_rig_at_start = options.base_from_rig.value_or(drawn);
   made.base_from_rig =
       options.bump_time ? options.bump * made.base_from_rig_at_start : made.base_from_rig_at_start;
-  const double duration = drive.end_time() - drive.start_time();
+  const double duration = end - start;
   for (int i = 0; i < options.markers; ++i) {
-    const double time = drive.start_time() + (i + of_markers.uniform(0, 1)) * duration / options.markers;
+    const double time = start + (i + of_markers.uniform(0, 1)) * duration / options.markers;
     made.markers.push_back(
         {i, options.marker_size, placed_before(drive(time) * made.base_from_rig_at_start, of_markers)});
   }
   const Floor floor(options, Draw(options.seed, 6));
-  const int images = int(duration * options.sighting_rate);
-  for (int k = 0; k <= images; ++k) {
-    // Not in step with the localiser.
-    const double time = drive.start_time() + (k + 0.37) / options.sighting_rate;
-    const bool bumped = options.bump_time && time >= drive.start_time() + *options.bump_time;
+  for (const double time : image_times(start, duration, options)) {
+    const bool bumped = options.bump_time && time >= start + *options.bump_time;
     const Pose world_from_camera =
         drive(time) * floor(time) * (bumped ? made.base_from_rig : made.base_from_rig_at_start);
     for (const PlacedMarker& marker : made.markers) {
@@ -230,6 +223,10 @@ MarkerSightings marker_sightings(const Drive& drive, const SightingOptions& opti
     throw Error(ErrorKind::kNotEnoughData, "drive", "no marker is seen",
                 "drive further or place more markers");
   return made;
+}
+
+MarkerSightings marker_sightings(const Drive& drive, const SightingOptions& options) {
+  return sightings_along(drive, drive.start_time(), drive.end_time(), options);
 }
 
 MountDrive mount_drive(const Drive& drive, const MountDriveOptions& options) {

@@ -37,9 +37,8 @@ constexpr Row kRows[] = {
      "calibrate-mount --base base.log --sightings sightings.log --height 0.85m+-5mm -o mount.json"},
     {"calibrate-mount", "from the images of the rig's camera",
      "calibrate-mount --base base.log --images images --rig rig.json --marker-size 160mm --height 0.85m+-5mm -o mount.json"},
-    {"calibrate-mount", "with an earlier pose, and a drawing",
-     "calibrate-mount --base base.log --sightings sightings.log --prior drawing.json --prior-sigma 20mm,2deg -o "
-     "mount.json --preview mount.svg"},
+    {"calibrate-mount", "a rig on an arm, and where the arm stands among the markers",
+     "calibrate-mount --arm arm.log --sightings sightings.log --markers markers.json -o mount.json --preview mount.svg"},
     {"calibrate-room",
      "a known lens, and the measured distance between two points of the walls, by their pixels in the first view",
      "calibrate-room --captures room --known-camera camera.json --distance 412,300:880,310:1.25m -o rig.json"},

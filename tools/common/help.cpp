@@ -36,8 +36,8 @@ constexpr ValueType kValueTypes[] = {
     {"BOARD", " simulate-captures:check-board "},
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
-     " align-maps:map base blend check depth draws image into intrinsics known-camera markers mount observations output points pose prior "
-     "preview record replay report rig save-board save-depth save-draws save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update virtual watch-save weights "
+     " align-maps:map arm base blend check depth draws image into intrinsics known-camera markers mount observations output pan-tilt points pose prior "
+     "preview record replay report rig save-board save-depth save-draws save-markers save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update virtual watch-save weights "
      "write-moved write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
@@ -81,7 +81,7 @@ constexpr ValueType kValueTypes[] = {
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " data figures json output preview record report save-board save-depth save-draws save-mount save-points save-poses save-show watch-save weights write-moved write-observations ";
+    " data figures json output preview record report save-board save-depth save-draws save-markers save-mount save-points save-poses save-show watch-save weights write-moved write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

@@ -5,6 +5,7 @@
 
 #include "common/cli.hpp"
 #include "procam/io/text.hpp"
+#include "procam/simulate/mount_motion.hpp"
 #include "procam/track/trajectory_file.hpp"
 
 namespace procam::tools {
@@ -29,7 +30,8 @@ void declare_path(CLI::App& app, RobotFlags& flags) {
   simulate::RobotOptions& robot = flags.robot;
   app.add_option(
       "--path", flags.path,
-      "circle:RADIUS (negative: clockwise), walk (random arcs with stops), waypoints:FILE "
+      "circle:RADIUS (negative: clockwise), walk (random arcs with stops), arm (poses of its flange), "
+      "pan-tilt (angles of a head), waypoints:FILE "
       "(lines of 'time x y yaw_deg', a stop at each), trajectory:FILE (TUM, EuRoC, rosbag CSV, or KITTI as "
       "poses.txt+times.txt: docs/live.md); "
       "default circle:0.95m");
@@ -53,8 +55,12 @@ void declare_output(CLI::App& app, RobotFlags& flags) {
       "Log of the marker sightings of a rig on the robot, for calibrate-mount; its stamps are without "
       "--clock-offset");
   app.add_option("--save-mount", flags.true_mount, "True pose of that rig on the robot, a pose file");
-  app.add_option("--frame", robot.frame, "default map");
-  app.add_option("--child", robot.child, "default base");
+  app.add_option(
+      "--save-markers", flags.true_markers,
+      "Those markers where they are in the room, markers.json; of an arm and a head the room is not "
+      "their base");
+  app.add_option("--frame", robot.frame, "default map; of an arm base");
+  app.add_option("--child", robot.child, "default base; of an arm flange");
   app.add_flag("--covariance", robot.with_covariance, "Send the covariance of the noise");
   app.add_flag("--twist", robot.with_twist, "Send the exact twist (JSON and binary)");
   app.add_flag("--gyro", robot.with_rate, "Send the exact angular rate (JSON and binary)");
@@ -99,9 +105,20 @@ void declare(CLI::App& app, RobotFlags& flags) {
   declare_output(app, flags);
   declare_faults(app, flags);
   app.callback([&flags] {
-    if (!flags.true_mount.empty() && flags.sightings.empty())
-      throw CLI::RequiresError("--save-mount", "--sightings");
+    simulate::RobotOptions& robot = flags.robot;
+    if (is_arm(flags) && robot.frame == "map" && robot.child == "base")
+      robot.frame = "base", robot.child = "flange";
+    for (const auto& [flag, file] :
+         {std::pair("--save-mount", flags.true_mount), {"--save-markers", flags.true_markers}})
+      if (!file.empty() && flags.sightings.empty()) throw CLI::RequiresError(flag, "--sightings");
   });
+}
+
+bool is_arm(const RobotFlags& flags) {
+  return flags.path == "arm";
+}
+bool is_head(const RobotFlags& flags) {
+  return flags.path == "pan-tilt";
 }
 
 simulate::Drive robot_drive(const RobotFlags& flags) {
@@ -119,10 +136,16 @@ simulate::Drive robot_drive(const RobotFlags& flags) {
   }
   if (kind == "walk" && rest.empty())
     return simulate::random_walk(flags.speed, flags.robot.duration, flags.robot.localiser.seed);
+  if (is_arm(flags)) {
+    simulate::ArmMotionOptions arm;
+    arm.duration = flags.robot.duration;
+    arm.seed = flags.robot.localiser.seed;
+    return simulate::arm_motion(arm).drive;
+  }
   if (kind == "waypoints") return simulate::drive_along(track::read_waypoints(rest).poses, true);
   if (kind == "trajectory") return simulate::drive_along(track::read_trajectory(rest).poses, false);
   throw Error(ErrorKind::kInput, "--path " + flags.path, "no path is called so",
-              "say circle:RADIUS, walk, waypoints:FILE or trajectory:FILE");
+              "say circle:RADIUS, walk, arm, pan-tilt, waypoints:FILE or trajectory:FILE");
 }
 
 }  // namespace procam::tools

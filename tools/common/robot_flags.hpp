@@ -11,7 +11,7 @@ class App;
 namespace procam::tools {
 
 struct RobotFlags {
-  std::string path = "circle:0.95m", to, log, truth, sightings, true_mount;
+  std::string path = "circle:0.95m", to, log, truth, sightings, true_mount, true_markers;
   bool binary = false, without_stamp = false;
   double speed = 0.5;
   simulate::RobotOptions robot;
@@ -19,6 +19,10 @@ struct RobotFlags {
 };
 
 void declare(CLI::App& app, RobotFlags& flags);
+
+/// "arm" and "head" are no robots that drive: their motion comes with the sightings.
+bool is_arm(const RobotFlags& flags);
+bool is_head(const RobotFlags& flags);
 
 /// Throws Error(kInput) for a path that is not known or cannot be read.
 simulate::Drive robot_drive(const RobotFlags& flags);

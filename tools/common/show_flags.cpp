@@ -68,11 +68,12 @@ void declare_surfaces(CLI::App& app, show::ShowOptions& o) {
 }
 
 void declare_poses(CLI::App& app, show::ShowOptions& o) {
-  CLI::Option* sources =
-      app.add_option("--pose-source", o.poses,
-                     "Source of poses: udp:9000, tcp:HOST:PORT, tcp-listen:PORT, osc:PORT, psn:PORT, "
-                     "rosbridge:HOST:PORT, ros2:map,base_link, ros2:/TOPIC, log:FILE; of a log of ROS 2: "
-                     "log:FILE+map,base_link, log:FILE+/TOPIC");
+  CLI::Option* sources = app.add_option(
+      "--pose-source", o.poses,
+      "Source of poses: udp:9000, tcp:HOST:PORT, tcp-listen:PORT, osc:PORT, psn:PORT, "
+      "rosbridge:HOST:PORT, ros2:map,base_link, ros2:/TOPIC, log:FILE; angles of a pan-tilt head: "
+      "pan-tilt:udp:9000 (or tcp, tcp-listen, log), with its --mount; of a log of ROS 2: "
+      "log:FILE+map,base_link, log:FILE+/TOPIC");
   const auto marker = [&](const char* flag, std::string show::MarkerInput::*member, const char* help) {
     return app.add_option_function<std::string>(
         flag, [&o, member](const std::string& text) { marker_of(o).*member = text; }, help);

@@ -1,5 +1,6 @@
 #pragma once
-/// The pose of the rig on its robot base ("mount"), from a drive past markers.
+/// The pose of the rig on what carries it ("mount"): a robot's base, an arm's flange or a pan-tilt head, from a motion
+/// past markers.
 ///
 ///   MountData drive;                                   // poses of the base, sightings of markers, in time
 ///   MountOptions options;
@@ -36,10 +37,24 @@
 /// base (bump), or the localiser's world moved (jump, wheel slip). The best one that is significant becomes an
 /// unknown of the solve; then the next is looked for. Single outliers are rejected by their chi-square.
 ///
+/// Arm (MountCarrier::kFlange). B_i are base_from_flange, X = flange_from_rig, and the W_m are in the arm's base:
+/// A X = Z B with several Z. Markers of known pose in a world of their own add world_from_base as an unknown, six
+/// directions more, with the joint covariance of both. A recording of stations (MountOptions::stations) has no path
+/// between them: each pose is a knot, and there is neither acceleration nor time offset.
+///
+/// Pan-tilt head (MountCarrier::kHead). T(t) is the pose of the tilting part in the head's frame (core/rig/pan_tilt.hpp):
+///   head_from_tilt(p, q) = Rz(p) Tx(a) Rx(alpha) Rz(q),   X = tilt_from_rig
+/// by the reported angles p, q. Two lines in space have two invariants, a and alpha; the zero angles and the offsets
+/// along the axes are in X and world_from_head (J. Denavit, R. Hartenberg, 1955). T(t_i - d) deviates from
+/// head_from_tilt(p_i, q_i) by the noise of the angles, and along the other four directions by the runout of the axes.
+/// position_sigma is that runout (metres, and radians 1 m away), rotation_sigma the noise of the angles.
+///
 /// Sources: F. Park, B. Martin, "Robot sensor calibration: solving AX = XB on the Euclidean group", IEEE TRA 10(5),
 /// 1994; H. Zhuang, Z. Roth, R. Sudhakar, "Simultaneous robot/world and tool/flange calibration by solving
 /// homogeneous transformation equations of the form AX = YB", IEEE TRA 10(4), 1994 (AX = ZB is the full motion of
-/// this solver); C. Guo, F. Mirzaei, S. Roumeliotis, "An analytical least-squares solution to the odometer-camera
+/// this solver); R. Tsai, R. Lenz, "A new technique for fully autonomous and efficient 3D robotics hand/eye calibration",
+/// IEEE TRA 5(3), 1989 (two axes of rotation are needed); F. Dornaika, R. Horaud, "Simultaneous robot-world and
+/// hand-eye calibration", IEEE TRA 14(4), 1998 (all unknowns in one non-linear solve); C. Guo, F. Mirzaei, S. Roumeliotis, "An analytical least-squares solution to the odometer-camera
 /// extrinsic calibration problem", ICRA 2012 (planar start values); P. Furgale, J. Rehder, R. Siegwart, "Unified
 /// temporal and spatial calibration for multi-sensor systems", IROS 2013 (time offset); T. Barfoot, "State
 /// Estimation for Robotics", 2017 (priors of continuous time).
@@ -51,6 +66,7 @@
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/export.hpp"
 #include "procam/core/rig/mount_data.hpp"
+#include "procam/core/rig/pan_tilt.hpp"
 
 namespace procam::calibrate {
 
@@ -73,14 +89,28 @@ struct MountHeight {
   double value = 0, sigma = 0;
 };
 
+/// What carries the rig.
+enum class MountCarrier {
+  kBase,    ///< a robot, and its localiser
+  kFlange,  ///< an arm: the "base" of the data and the result is the flange, their "world" the arm's base
+  kHead     ///< a pan-tilt head: the "base" is its tilting part, the "world" the head
+};
+
 struct MountOptions {
-  BaseMotion motion = BaseMotion::kAuto;
+  MountCarrier carrier = MountCarrier::kBase;
+  BaseMotion motion = BaseMotion::kAuto;  ///< of a robot
+  /// The carrier stood still at each pose; a sighting belongs to the pose nearest in time. Then no path is modelled,
+  /// and the time offset is as stated.
+  bool stations = false;
+  double station_time = 0.5;                ///< a sighting further from any station is not used, seconds
   std::optional<MountHeight> height;        ///< as measured
   std::optional<PoseWithCovariance> prior;  ///< base_from_rig as known before (drawing, earlier calibration)
-  std::vector<MountMarker> markers;         ///< markers of known pose in the localiser's world
-  bool estimate_time_offset = true;         ///< else `time_offset` is exact
-  double time_offset = 0;                   ///< start value, seconds (MountResult::time_offset)
-  double max_time_offset = 1;               ///< searched about the start value, seconds
+  /// Markers of known pose: for a robot in the localiser's world; for an arm and a head in a world of their own, and
+  /// MountResult::world_from_base is estimated.
+  std::vector<MountMarker> markers;
+  bool estimate_time_offset = true;  ///< else `time_offset` is exact
+  double time_offset = 0;            ///< start value, seconds (MountResult::time_offset)
+  double max_time_offset = 1;        ///< searched about the start value, seconds
   /// Of the localiser: start values, or exact if estimate_noise is false. Metres, each axis of the world; radians,
   /// about each axis of the base.
   double position_sigma = 0.01, rotation_sigma = 0.01;
@@ -110,20 +140,29 @@ struct MountEvent {
   double other_chi2 = 0;  ///< the same of the other kind, at its best time
 };
 
-/// One of the six directions of the mount: rotation about the base's axes at the rig's origin, position of that
-/// origin on the base.
+/// One of the directions of the mount: rotation about the base's axes at the rig's origin, position of that
+/// origin on the base; and the two invariants of a head's axes.
 struct MountDirection {
-  std::string name;       ///< "roll", "pitch", "yaw", "x", "y", "height"
+  /// "roll", "pitch", "yaw", "x", "y", "height"; of an arm "z"; of a head "roll", "pitch", "tilt zero", "x", "y", "z",
+  /// "axis offset", "axis angle".
+  std::string name;
   double sigma = 0;       ///< radians, metres
   double sigma_data = 0;  ///< from the drive alone; infinite if it does not depend on it at all
   bool observable = true;
 };
 
 struct MountResult {
+  MountCarrier carrier = MountCarrier::kBase;
   /// After the last bump, if there was one. The covariance is of the left increment [rotation, translation] in the
   /// base's frame.
   PoseWithCovariance base_from_rig;
-  std::vector<MountDirection> directions;  ///< roll, pitch, yaw, x, y, height
+  std::vector<MountDirection> directions;  ///< in the order of MountDirection::name
+  std::optional<PanTiltAxes> axes;         ///< of a head
+  /// Of an arm's base or a head; nullopt without markers of known pose. Covariance of the left increment, in the world.
+  std::optional<PoseWithCovariance> world_from_base;
+  /// Of base_from_rig [rotation, translation], then `axes` [offset, angle], then world_from_base, as far as they are
+  /// there: 6 to 14 rows.
+  MatX joint_covariance;
   /// Localiser time = camera time + time_offset: positive if the localiser's stamps are late against the camera's.
   double time_offset = 0, time_offset_sigma = 0;
   std::vector<MountMarker> markers;  ///< all that were seen, by name

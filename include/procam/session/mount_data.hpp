@@ -22,7 +22,8 @@
 namespace procam::session {
 
 struct MountFiles {
-  std::string base;  ///< a pose log, or a trajectory (track/trajectory_file.hpp)
+  std::string base;    ///< a pose log, or a trajectory (track/trajectory_file.hpp)
+  std::string angles;  ///< or of a pan-tilt head: a log of angles (track/head_angles.hpp)
   std::string sightings;
   std::string child = "base", rig = "rig";  ///< names of the base and the rig in the logs
 };

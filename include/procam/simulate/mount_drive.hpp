@@ -22,7 +22,8 @@
 namespace procam::simulate {
 
 struct SightingOptions {
-  double sighting_rate = 10;  ///< images a second
+  double sighting_rate = 10;        ///< images a second
+  std::vector<double> image_times;  ///< instead: since the start, seconds
   double corner_sigma_px = 0.1;
   int markers = 8;
   double marker_size = 0.16;  ///< metres
@@ -50,6 +51,7 @@ PROCAM_EXPORT MarkerSightings marker_sightings(const Drive& drive, const Sightin
 /// The localiser besides.
 struct MountDriveOptions : SightingOptions {
   double rate = 20;                       ///< messages a second
+  std::vector<double> pose_times;         ///< instead: since the start, seconds
   double position_sigma = 0.01;           ///< metres, each axis of the world
   double rotation_sigma = 0.5 * kDegree;  ///< about each axis of the base
   double correlation_s = 0;               ///< time constant of these errors (first-order); 0: white

@@ -1,6 +1,6 @@
 #pragma once
-/// A drive for the calibration of a mount: poses of a robot's base by its localiser, and sightings of markers by the rig
-/// on it, each in its own clock.
+/// A recording for the calibration of a mount: poses of a robot's base by its localiser, of an arm's flange by its
+/// controller, or the angles of a pan-tilt head; and sightings of markers by the rig on it, each in its own clock.
 #include <string>
 #include <vector>
 
@@ -8,10 +8,16 @@
 
 namespace procam {
 
-/// A pose of the localiser.
+/// A pose of the localiser, or of an arm's controller: then of the flange in the arm's base.
 struct BasePose {
   double time = 0;  ///< localiser's clock, seconds
   Pose world_from_base;
+};
+
+/// The angles that a pan-tilt head reports.
+struct HeadAngles {
+  double time = 0;           ///< head's clock, seconds
+  double pan = 0, tilt = 0;  ///< radians
 };
 
 /// A marker, or a map of markers, in one image.
@@ -24,6 +30,7 @@ struct MarkerSighting {
 
 struct MountData {
   std::vector<BasePose> base;             ///< times grow
+  std::vector<HeadAngles> angles;         ///< of a pan-tilt head, instead of `base`; times grow
   std::vector<MarkerSighting> sightings;  ///< in any order
 };
 

@@ -1,0 +1,18 @@
+#pragma once
+/// Private to calibrate: the refusals and remarks of calibrate_mount, in words.
+#include "mount_analysis.hpp"
+
+namespace procam::calibrate::mount {
+
+constexpr double kRejectChi2 = 33;  // 6 degrees of freedom: 1 of 100 000 good ones
+
+/// MountDirection::name, in order.
+std::vector<std::string> direction_names(MountCarrier carrier);
+
+/// Throws for a direction that neither the motion nor a statement supplies.
+void require_observable(const MountInformation& information, const Model& model);
+
+/// Adds the remarks of calibrate_mount() to the diagnostics.
+void remark(MountResult& result, const MountOptions& options, const MountInformation& information);
+
+}  // namespace procam::calibrate::mount

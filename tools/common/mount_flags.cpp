@@ -1,0 +1,113 @@
+#include "common/mount_flags.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "common/cli.hpp"
+
+namespace procam::tools {
+
+void declare_inputs(CLI::App& app, MountFlags& flags) {
+  auto* base = app.add_option(
+      "--base", flags.files.base,
+      "Poses of the base by the localiser: a pose log, or a trajectory (TUM, EuRoC, rosbag CSV, KITTI)");
+  auto* arm = app.add_option_function<std::string>(
+      "--arm",
+      [&flags](const std::string& file) {
+        flags.files.base = file;
+        flags.files.child = "flange";
+        flags.options.carrier = calibrate::MountCarrier::kFlange;
+        flags.options.position_sigma = 0.0005;
+        flags.options.rotation_sigma = 0.05 * kDegree;
+      },
+      "Or of an arm: poses of the flange in the arm's base, in the same forms");
+  app.add_option_function<std::string>(
+         "--pan-tilt",
+         [&flags](const std::string& file) {
+           flags.files.angles = file;
+           flags.options.carrier = calibrate::MountCarrier::kHead;
+           flags.options.position_sigma = 0.0001;
+           flags.options.rotation_sigma = 0.05 * kDegree;
+         },
+         "Or of a pan-tilt head: a log of its angles (docs/mount.md)")
+      ->excludes(base)
+      ->excludes(arm);
+  arm->excludes(base);
+  auto* sightings =
+      app.add_option("--sightings", flags.files.sightings,
+                     "Pose log of marker sightings: frame 'marker_3', child 'rig', with covariance");
+  auto* images = app.add_option("--images", flags.folder,
+                                "Or images of the rig's camera, each called after its time in seconds or "
+                                "nanoseconds; with --rig, --dictionary and --marker-size");
+  sightings->excludes(images);
+  auto* rig = app.add_option("--rig", flags.rig, "rig.json, for --images");
+  images->needs(rig);
+  app.add_option("--camera-name", flags.camera, "its name, for a rig with several");
+  add_parsed(
+      app, "--dictionary",
+      [&flags](const std::string& text) {
+        const auto dictionary = marker_dictionary_named(text);
+        if (!dictionary)
+          throw Error(ErrorKind::kInput, "'" + text + "'", "no dictionary is called so",
+                      "give e.g. apriltag_36h11 or 4x4_50");
+        flags.images.dictionary = *dictionary;
+      },
+      "Dictionary of the markers in --images (default apriltag_36h11)");
+  auto* size = add_parsed(
+      app, "--marker-size", [&flags](const std::string& text) { flags.images.size = io::parse_length(text); },
+      "Side of their black squares, e.g. 160mm");
+  images->needs(size);
+  app.add_option("--child", flags.files.child,
+                 "Frame of the base or flange in the log (default base, of an arm flange)");
+  app.add_option("--rig-frame", flags.files.rig, "Frame of the rig in the log (default rig)");
+}
+
+void declare_stated(CLI::App& app, MountFlags& flags) {
+  app.add_flag("--stations", flags.options.stations,
+               "It stood still at each pose: a sighting belongs to the pose nearest in time, 0.5 s at most");
+  add_parsed(
+      app, "--height",
+      [&flags](const std::string& text) {
+        const std::size_t sign = text.find("+-");
+        if (sign == text.npos)
+          throw Error(ErrorKind::kInput, "'" + text + "'", "a measured height needs its standard deviation",
+                      "give e.g. 0.85m+-5mm");
+        flags.options.height = calibrate::MountHeight{io::parse_length(text.substr(0, sign)),
+                                                      io::parse_length(text.substr(sign + 2))};
+        if (!(flags.options.height->sigma > 0))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "no measurement is exact", "give e.g. 0.85m+-5mm");
+      },
+      "Measured height of the rig's origin (first camera's centre) above the base's origin, e.g. 0.85m+-5mm: a drive "
+      "in a plane cannot observe it");
+  auto* prior =
+      app.add_option("--prior", flags.prior,
+                     "An earlier mount (drawing, calibration): a pose file between base and rig, weighted by "
+                     "its covariance or --prior-sigma");
+  add_parsed(
+      app, "--prior-sigma",
+      [&flags](const std::string& text) {
+        flags.prior_sigma = io::parse_length_and_angle(text);
+        if (!(flags.prior_sigma.length > 0 && flags.prior_sigma.angle > 0))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "both sigmas must be positive",
+                      "give e.g. 20mm,2deg");
+      },
+      "Standard deviations of --prior, instead of its covariance, e.g. 20mm,2deg")
+      ->needs(prior);
+  app.add_option("--markers", flags.markers,
+                 "markers.json: markers whose poses in the localiser's world were measured; with --arm and "
+                 "--pan-tilt in any world: where the arm or the head stands in it is estimated");
+  add_parsed(
+      app, "--motion",
+      [&flags](const std::string& text) { flags.options.motion = calibrate::parse_base_motion(text); },
+      "auto (default) | planar: a robot on a floor | full: six degrees of freedom");
+  add_parsed(
+      app, "--time-offset",
+      [&flags](const std::string& text) {
+        const bool early = text.rfind('-', 0) == 0;
+        flags.options.time_offset = (early ? -1 : 1) * io::parse_duration(text.substr(early ? 1 : 0));
+      },
+      "Time by which the localiser's stamps are late against the camera's, roughly; it is estimated within 1 s of this");
+  app.add_flag("--same-clock{false}", flags.options.estimate_time_offset,
+               "The time offset is exact and not estimated");
+}
+
+}  // namespace procam::tools

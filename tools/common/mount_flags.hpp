@@ -1,0 +1,27 @@
+#pragma once
+/// The flags of calibrate-mount.
+#include <string>
+
+#include "procam/calibrate/mount.hpp"
+#include "procam/io/text.hpp"
+#include "procam/session/mount_data.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace procam::tools {
+
+struct MountFlags {
+  session::MountFiles files;
+  session::SightingImages images;
+  std::string folder, rig, camera, markers, prior, output, picture;
+  io::LengthAndAngle prior_sigma;
+  calibrate::MountOptions options;
+};
+
+void declare_inputs(CLI::App& app, MountFlags& flags);
+/// What is stated: measurements, kinds of motion.
+void declare_stated(CLI::App& app, MountFlags& flags);
+
+}  // namespace procam::tools

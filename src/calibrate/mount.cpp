@@ -28,8 +28,13 @@ void update_noise(Model& model, const Equations& equations) {
     sigma = std::clamp(sigma * std::clamp(factor, 0.2, 5.0), low, high);
   };
   Noise& noise = model.noise;
-  scale(noise.turn, root * factors[kBaseTurn], 1e-5, 0.5);
-  scale(noise.position, (model.axes ? 1 : root) * factors[kBasePosition], 1e-5, 1);
+  // An arm and a head are about as exact as the sightings, and these tell little about the least noise that both have:
+  // it is as stated or larger.
+  const bool stated = model.options->carrier != MountCarrier::kBase;
+  const double least_turn = stated ? model.options->rotation_sigma : 1e-5,
+               least_position = stated ? model.options->position_sigma : 1e-5;
+  scale(noise.turn, root * factors[kBaseTurn], least_turn, 0.5);
+  scale(noise.position, (model.axes ? 1 : root) * factors[kBasePosition], least_position, 1);
   if (model.planar) {
     // A localiser in the plane reports both as constants.
     scale(noise.tilt, root * factors[kBaseTilt], 1e-3, 0.5);

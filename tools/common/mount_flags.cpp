@@ -25,8 +25,8 @@ void declare_inputs(CLI::App& app, MountFlags& flags) {
          [&flags](const std::string& file) {
            flags.files.angles = file;
            flags.options.carrier = calibrate::MountCarrier::kHead;
-           flags.options.position_sigma = 0.0001;
-           flags.options.rotation_sigma = 0.05 * kDegree;
+           flags.options.position_sigma = 0.00005;
+           flags.options.rotation_sigma = 0.03 * kDegree;
          },
          "Or of a pan-tilt head: a log of its angles (docs/mount.md)")
       ->excludes(base)
@@ -56,6 +56,18 @@ void declare_inputs(CLI::App& app, MountFlags& flags) {
       app, "--marker-size", [&flags](const std::string& text) { flags.images.size = io::parse_length(text); },
       "Side of their black squares, e.g. 160mm");
   images->needs(size);
+  add_parsed(
+      app, "--noise",
+      [&flags](const std::string& text) {
+        const io::LengthAndAngle noise = io::parse_length_and_angle(text);
+        if (!(noise.length > 0 && noise.angle > 0))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "both sigmas must be positive",
+                      "give e.g. 0.2mm,0.02deg");
+        flags.options.position_sigma = noise.length;
+        flags.options.rotation_sigma = noise.angle;
+      },
+      "Standard deviations of the poses, e.g. 0.2mm,0.02deg; of a head: runout of the axes and noise of the angles. "
+      "The least of an arm (default 0.5mm,0.05deg) and of a head (0.05mm,0.03deg); of a base a start value");
   app.add_option("--child", flags.files.child,
                  "Frame of the base or flange in the log (default base, of an arm flange)");
   app.add_option("--rig-frame", flags.files.rig, "Frame of the rig in the log (default rig)");

@@ -112,7 +112,8 @@ struct MountOptions {
   double time_offset = 0;            ///< start value, seconds (MountResult::time_offset)
   double max_time_offset = 1;        ///< searched about the start value, seconds
   /// Of the localiser: start values, or exact if estimate_noise is false. Metres, each axis of the world; radians,
-  /// about each axis of the base.
+  /// about each axis of the base. Of an arm and a head the estimates are at least these: state them as they are
+  /// known (repeatability; step of the angles / sqrt(12)).
   double position_sigma = 0.01, rotation_sigma = 0.01;
   bool estimate_noise = true;
   /// White acceleration of the base, one standard deviation of the change of speed in a second: m/s, rad/s. Too loose,

@@ -265,7 +265,7 @@ std::string drive_from_above(const MountResult& result, const MountData& data) {
   const std::vector<BasePose> poses = shown_poses(result, data);
   for (const BasePose& pose : poses) reported.dot(above.at(pose.world_from_base.translation.head<2>()));
   std::string drawing = result.axes ? sights(poses, above) : "";
-  drawing = reported.path("stroke=\"#9fb4cc\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
+  drawing += reported.path("stroke=\"#9fb4cc\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
   if (!result.axes)
     drawing += element(
         "path",
@@ -345,7 +345,7 @@ std::string mount_from_above(const MountResult& result) {
                           1e3 * std::sqrt(covariance(1, 1))));
   drawing +=
       label(Vec2(left, kSide + 32), kText,
-            (result.axes ? "The rig against the axes, from the side; 95 % region "
+            (result.axes ? "The rig from the side; 95 % region "
                          : "The rig on the " + std::string(carrier_name(result.carrier)) + "; 95 % region ") +
                 shortest(magnified) + " times larger");
   return drawing;

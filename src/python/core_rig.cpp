@@ -309,6 +309,21 @@ void bind_rig(py::module_& m) {
            py::arg("rig"), py::arg("projector"), py::arg("pose"));
 }
 
+void bind_pan_tilt(py::module_& m) {
+  Record<HeadAngles> head_angles(m, "HeadAngles", "The angles that a pan-tilt head reports.");
+  head_angles.fields_init()
+      .field("time", &HeadAngles::time, "head's clock, seconds")
+      .field("pan", &HeadAngles::pan, "radians")
+      .field("tilt", &HeadAngles::tilt, "radians");
+  Record<PanTiltAxes> pan_tilt_axes(m, "PanTiltAxes", "The invariants of the two axes of a pan-tilt head.");
+  pan_tilt_axes.fields_init()
+      .field("offset", &PanTiltAxes::offset, "along the common perpendicular, metres")
+      .field("angle", &PanTiltAxes::angle, "about the common perpendicular, radians");
+  function(m, "head_from_tilt", &head_from_tilt,
+           "Rz(pan) Tx(offset) Rx(angle) Rz(tilt): pose of the tilting part, angles in radians.",
+           py::arg("axes"), py::arg("pan"), py::arg("tilt"));
+}
+
 }  // namespace
 
 void bind_core_rig(py::module_& m) {
@@ -321,6 +336,7 @@ void bind_core_rig(py::module_& m) {
   bind_correspondences(m);
   bind_provenance(m);
   bind_rig(m);
+  bind_pan_tilt(m);
 }
 
 }  // namespace procam::python

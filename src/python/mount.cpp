@@ -14,18 +14,6 @@ namespace {
 void bind_data(py::module_& m) {
   Record<BasePose> base_pose(m, "BasePose", "A pose of the robot's base.");
   Record<MarkerSighting> marker_sighting(m, "MarkerSighting", "A marker that the rig's camera saw.");
-  Record<HeadAngles> head_angles(m, "HeadAngles", "The angles that a pan-tilt head reports.");
-  head_angles.fields_init()
-      .field("time", &HeadAngles::time, "head's clock, seconds")
-      .field("pan", &HeadAngles::pan, "radians")
-      .field("tilt", &HeadAngles::tilt, "radians");
-  Record<PanTiltAxes> pan_tilt_axes(m, "PanTiltAxes", "The invariants of the two axes of a pan-tilt head.");
-  pan_tilt_axes.fields_init()
-      .field("offset", &PanTiltAxes::offset, "along the common perpendicular, metres")
-      .field("angle", &PanTiltAxes::angle, "about the common perpendicular, radians");
-  function(m, "head_from_tilt", &head_from_tilt,
-           "Rz(pan) Tx(offset) Rx(angle) Rz(tilt): pose of the tilting part, angles in radians.",
-           py::arg("axes"), py::arg("pan"), py::arg("tilt"));
   Record<MountData> mount_data(m, "MountData", "The recordings of a drive.");
   base_pose.fields_init()
       .field("time", &BasePose::time, "localiser's clock, seconds")

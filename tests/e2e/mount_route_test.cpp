@@ -52,6 +52,47 @@ TEST(MountRoute, FindsTheRigOfASimulatedRobot) {
   EXPECT_EQ(run_tool("calibrate-mount", inputs + "--height 0.7m+-2mm --child robot").exit_code, 3);
 }
 
+/// Of a head and of an arm: the mount, and where they stand in the room.
+void expect_mount_like_the_true_one(const ScratchFolder& folder, const std::string& path,
+                                    const std::string& flag) {
+  const auto file = [&](const char* name) { return (folder / name).string(); };
+  ASSERT_EQ(run_tool("simulate-robot", "--path " + path + " --duration 20s --seed 5 --clock-offset 40ms -o " +
+                                           file("motion.log") + " --sightings " + file("sightings.log") +
+                                           " --save-mount " + file("true.json") + " --save-markers " +
+                                           file("markers.json"))
+                .exit_code,
+            0);
+  const ToolRun run = run_tool(
+      "calibrate-mount", flag + " " + file("motion.log") + " --sightings " + file("sightings.log") +
+                             " --markers " + file("markers.json") + " -o " + file("mount.json") + " --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NEAR(run.json()["time_offset"].get<double>(), 0.04, 0.002);
+  const io::Mount truth = io::load_mount(file("true.json")), found = io::load_mount(file("mount.json"));
+  const Vec6 error =
+      se3_log(found.pose.target_from_source.pose * truth.pose.target_from_source.pose.inverse());
+  EXPECT_LT(error.dot(found.pose.target_from_source.covariance.ldlt().solve(error)), 27.9);  // 1 in 10 000
+  EXPECT_LT(error.tail<3>().norm(), 0.003) << error.transpose();
+  ASSERT_TRUE(found.world_from_base && truth.world_from_base);
+  EXPECT_LT((found.world_from_base->translation - truth.world_from_base->translation).norm(), 0.002);
+}
+
+TEST(MountRoute, FindsTheRigOnAnArm) {
+  const ScratchFolder folder;
+  expect_mount_like_the_true_one(folder, "arm", "--arm");
+  EXPECT_EQ(io::load_mount(folder / "mount.json").pose.target, "flange");
+}
+
+TEST(MountRoute, FindsTheRigOnAPanTiltHead) {
+  const ScratchFolder folder;
+  expect_mount_like_the_true_one(folder, "pan-tilt", "--pan-tilt");
+  const io::Mount found = io::load_mount(folder / "mount.json"), truth = io::load_mount(folder / "true.json");
+  ASSERT_TRUE(found.axes && truth.axes);
+  EXPECT_NEAR(found.axes->offset, truth.axes->offset, 0.002);
+  EXPECT_NEAR(found.axes->angle, truth.axes->angle, 0.1 * kDegree);
+  // What does not know the axes would show at a wrong place.
+  EXPECT_THROW(io::load_pose(folder / "mount.json"), Error);
+}
+
 track::StampedPose message(double time, const char* frame, const char* child) {
   track::StampedPose made;
   made.stamp = time;

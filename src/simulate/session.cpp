@@ -52,11 +52,6 @@ std::optional<Pose> draw_pose(const Recipe& recipe, const World& world, const Pl
   return Pose(rotation, center - rotation * placing.middle_in_board);
 }
 
-Vec3 middle_of_print(const Board& layout) {
-  const ArtworkRectangle print = print_of(layout);
-  return (Vec3() << 0.5 * (print.low + print.high), 0).finished();
-}
-
 constexpr double kRimPx = 6;  // what matters keeps this far from a picture's rim
 
 bool inside(const Camera& device, const Vec3& point) {

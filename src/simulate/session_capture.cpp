@@ -6,6 +6,7 @@
 #include "colour_sensor.hpp"
 #include "noise.hpp"
 #include "procam/simulate/session.hpp"
+#include "sheet_points.hpp"
 
 namespace procam::simulate {
 namespace {

@@ -38,6 +38,9 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
   solved.surfaces[1].surface = weighted.surfaces[1];
   save_solved_surfaces(scratch / "solved-weighted.json", solved);
   save_pose(scratch / "pose.json", test::example_pose());
+  Mount mount{test::example_pose(), PanTiltAxes{0.021, 1.58},
+              Pose(so3_exp(Vec3(0.1, 0.2, -0.3)), Vec3(1, 2, 3)), 1e-6 * MatX::Identity(14, 14)};
+  save_mount(scratch / "mount.json", mount);
   save_session(scratch.path(), {"gray", ImageSize{1024, 768}, Board(Chessboard{7, 9, 0.075}), 2});
   std::filesystem::create_directory(scratch / "several");
   save_session(scratch / "several", {"gray", {}, {}, {}, {{"left", {1024, 768}}, {"right", {1280, 800}}}});
@@ -63,7 +66,7 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
       {"rig", {"rig.json"}},
       {"surfaces", {"surfaces.json", "weighted.json"}},
       {"solved-surfaces", {"solved-surfaces.json", "solved-weighted.json"}},
-      {"pose", {"pose.json"}},
+      {"pose", {"pose.json", "mount.json"}},
       {"session", {"session.json", "several/session.json"}},
       {"shown", {"shown.json", "shown_all.json"}},
       {"pattern", {"pattern.json"}},

@@ -25,15 +25,28 @@ if(PROCAM_SANITIZE)
 endif()
 
 # Unoptimised code compiles in half the time or less. For builds that are tested and not installed (presets ci and asan).
-set(PROCAM_UNOPTIMISED "" CACHE STRING "Components to compile without optimisation; also \"tests\", \"tools\", \"python\", \"fuzz\"")
+set(PROCAM_UNOPTIMISED "" CACHE STRING
+  "Components to compile without optimisation; also \"tests\", \"examples\", \"tools\", \"python\", \"fuzz\"")
 
 # Compiles a program without optimisation where PROCAM_UNOPTIMISED names its group. A template has instances in many objects,
 # and the linker takes the first: the libraries' objects come before the program's, so that optimised instances are used.
+# HEADERS, which most of the group's programs include, are parsed once: by Clang alone, as GCC demands the same macros of all.
 function(procam_unoptimised target group)
+  cmake_parse_arguments(arg "" "" "HEADERS;HEADERS_LINK" ${ARGN})
   if(NOT group IN_LIST PROCAM_UNOPTIMISED)
     return()
   endif()
   target_compile_options(${target} PRIVATE -O0)
+  if(arg_HEADERS AND CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    if(NOT TARGET procam_headers_${group})
+      file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/headers_${group}.cpp CONTENT "")
+      add_library(procam_headers_${group} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/headers_${group}.cpp)
+      target_link_libraries(procam_headers_${group} PRIVATE ${arg_HEADERS_LINK} procam_warnings)
+      target_compile_options(procam_headers_${group} PRIVATE -O0)
+      target_precompile_headers(procam_headers_${group} PRIVATE ${arg_HEADERS})
+    endif()
+    target_precompile_headers(${target} REUSE_FROM procam_headers_${group})
+  endif()
   get_target_property(open ${target} LINK_LIBRARIES)
   set(seen)
   while(open)
@@ -195,12 +208,13 @@ endfunction()
 # under sanitizers and those that take minutes anywhere: `ctest -LE "slow|long"` omits both, tests/run.sh leaves the latter
 # to `ctest -L long`. (One label each: gtest_discover_tests() drops the second of a list.) FIRST are begun before all
 # others: they take minutes, and little of a core. ALONE run beside no other test: they look at the time of each frame.
+# OPTIMISED are those that compute images or solve themselves: without, they would take longer than their compilation.
 function(procam_test name)
-  cmake_parse_arguments(arg "UNOPTIMISED" "SLOW;LONG;FIRST;ALONE" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "OPTIMISED" "SLOW;LONG;FIRST;ALONE" "SOURCES;LINK" ${ARGN})
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${arg_LINK} procam_warnings procam_test_support)
-  if(arg_UNOPTIMISED)
-    procam_unoptimised(test_${name} tests)
+  if(NOT arg_OPTIMISED)
+    procam_unoptimised(test_${name} tests HEADERS <gtest/gtest.h> <procam/core.hpp> HEADERS_LINK procam_test_support)
   endif()
   set(discovery TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
   foreach(seconds 600 1500 3000)

@@ -301,7 +301,7 @@ LightReport check_light(Shutter& shutter, const KeepFrame& keep) {
                                           {second.white, second.black, second.checkers, second.inverse});
   std::vector<ToneSample> ramp;
   for (const int level : tone_levels()) {
-    const ImageU8 seen = shutter.capture_unchecked(flat(size, level));
+    const ImageU8 seen = shutter.take(flat(size, level)).image;
     ramp.push_back({level, mean_over(report.exposure.paper, seen)});
     keep("ramp_" + std::to_string(ramp.size() - 1), seen);
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "blur.hpp"
@@ -42,7 +43,9 @@ class LightField {
     pad_ = int(kernel.size()) + disc.reach;  // the blur, and one dark pixel for the linear fall beyond it
     width_ = shown.frames[0].width() + 2 * pad_;
     height_ = shown.frames[0].height() + 2 * pad_;
-    levels_.resize(std::size_t(width_) * std::size_t(height_) * kPlanes);
+    const std::size_t size = std::size_t(width_) * std::size_t(height_) * kPlanes;
+    levels_.reset(new float[size]);  // 50 MB, all of it written below: zeros would cost as much again
+    if (planes.size() < kPlanes) std::fill_n(levels_.get(), size, 0.f);
     std::array<float, 256> light_of;
     for (std::size_t i = 0; i < 256; ++i)
       light_of[i] = float(shown.black + (1 - shown.black) * light_of_value(double(i) / 255, shown.gamma));
@@ -67,7 +70,7 @@ class LightField {
     });
     parallel_for(height_, threads, [&](int begin, int end) {
       for (int y = begin; y < end; ++y) {
-        float* out = levels_.data() + std::size_t(y) * std::size_t(width_) * kPlanes;
+        float* out = levels_.get() + std::size_t(y) * std::size_t(width_) * kPlanes;
         for (std::size_t i = 0; i < count; ++i) {
           const float* in = blurred[i].row(y);
           for (std::size_t x = 0; x < std::size_t(width_); ++x) out[x * kPlanes + i] = in[x];
@@ -85,7 +88,7 @@ class LightField {
     const float w00 = weight * (1 - right) * (1 - down), w10 = weight * right * (1 - down);
     const float w01 = weight * (1 - right) * down, w11 = weight * right * down;
     const float* top =
-        levels_.data() + (std::size_t(row) * std::size_t(width_) + std::size_t(column)) * kPlanes;
+        levels_.get() + (std::size_t(row) * std::size_t(width_) + std::size_t(column)) * kPlanes;
     const float* bottom = top + std::size_t(width_) * kPlanes;
     for (std::size_t i = 0; i < kPlanes; ++i)
       sum[i] += w00 * top[i] + w10 * top[kPlanes + i] + w01 * bottom[i] + w11 * bottom[kPlanes + i];
@@ -93,7 +96,7 @@ class LightField {
 
  private:
   int pad_ = 0, width_ = 0, height_ = 0;  ///< the dark border, and the picture with it
-  std::vector<float> levels_;
+  std::unique_ptr<float[]> levels_;
 };
 
 }  // namespace procam::simulate::internal

@@ -239,12 +239,12 @@ TEST_F(LiveRoute, TheWindowShowsTheFrame) {
 }
 #endif
 
-/// What a show of an evening meets, in PROCAM_SOAK_S seconds (180 unless said): 200 Hz poses with loss,
+/// What a show of an evening meets, in PROCAM_SOAK_S seconds (60 unless said): 200 Hz poses with loss,
 /// reordering, duplicates and garbage, a sender that dies and starts again, and a surfaces file that is
 /// rewritten, sometimes broken.
 TEST_F(LiveRoute, Soak) {
   const char* asked = std::getenv("PROCAM_SOAK_S");
-  const double seconds = asked != nullptr ? std::atof(asked) : 180;
+  const double seconds = asked != nullptr ? std::atof(asked) : 60;
   const double restart_every = seconds >= 600 ? 60 : seconds / 6;
   const double rewrite_every = seconds >= 600 ? 10 : seconds / 18;
   const std::string port = free_udp_port();

@@ -290,5 +290,19 @@ TEST(CheckLight, ReportsAFaultlessStand) {
   EXPECT_EQ(kept.size(), 8 + tone_levels().size());
 }
 
+/// A machine under load: from the grey levels on, pictures come to light four frames later than was measured.
+TEST(CheckLight, MeasuresTheToneOfACameraThatHasBecomeLater) {
+  World world;
+  Screen screen(world);
+  Camera camera(world);
+  const CaptureRig stand{screen, camera};
+  Shutter shutter(stand, shutter_options(measure_delay(stand)));
+  const LightReport report = check_light(shutter, [&](const std::string& name, const ImageU8&) {
+    if (name == "white_1") world.late_from = world.now, world.late_by = 0.14;
+  });
+  EXPECT_TRUE(report.diagnostics().items.empty()) << report.diagnostics().items[0].message;
+  EXPECT_NEAR(report.tone.gamma, 1, 0.03);
+}
+
 }  // namespace
 }  // namespace procam::session

@@ -259,7 +259,7 @@ std::vector<ReadView> read_views(const SessionPlan& plan, int begin, int end, co
 }
 
 /// Two plain boards are the same in a mirror. All pixels then fit a rig whose projector stands on the other side.
-/// Boards of light at other places beside each other contradict a mirrored frame.
+/// Projected boards at other places beside each other contradict a mirrored frame.
 bool places_show_mirror(const std::vector<BoardView>& views) {
   constexpr double kBesidePx = 20;
   std::map<int, std::pair<double, double>> columns;  // by point: the leftmost and the rightmost

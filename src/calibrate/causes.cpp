@@ -1,5 +1,6 @@
 #include "causes.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -289,6 +290,36 @@ std::string moved_device(const Correspondences& data, const UsedMask& everything
          "these views again";
 }
 
+namespace {
+
+/// Where a projector's light should be in one view, and what remains there.
+struct ViewResiduals {
+  Points2 places, residuals;
+};
+
+/// Without the polynomial of second degree in the place that explains most of them: a board or lens elsewhere in this
+/// view changes all of its points alike, and that repeats at no pixel.
+void remove_trend(ViewResiduals& of) {
+  constexpr int kTerms = 6;
+  if (of.places.size() < 2 * kTerms) {
+    of = {};
+    return;
+  }
+  Vec2 middle = Vec2::Zero();
+  for (const Vec2& p : of.places) middle += p / double(of.places.size());
+  Eigen::MatrixXd terms(Eigen::Index(of.places.size()), kTerms);
+  Eigen::MatrixXd values(Eigen::Index(of.places.size()), 2);
+  for (std::size_t i = 0; i < of.places.size(); ++i) {
+    const Vec2 d = (of.places[i] - middle) / 100;
+    terms.row(Eigen::Index(i)) << 1, d.x(), d.y(), d.x() * d.x(), d.x() * d.y(), d.y() * d.y();
+    values.row(Eigen::Index(i)) = of.residuals[i].transpose();
+  }
+  const Eigen::MatrixXd left = values - terms * terms.colPivHouseholderQr().solve(values);
+  for (std::size_t i = 0; i < of.places.size(); ++i) of.residuals[i] = left.row(Eigen::Index(i)).transpose();
+}
+
+}  // namespace
+
 std::string resampled_picture(const Correspondences& data, const Solution& solution, int device) {
   const Device& projector = data.devices[std::size_t(device)];
   // Less than this is not worth a remark, and the search costs as much as the solve.
@@ -296,17 +327,27 @@ std::string resampled_picture(const Correspondences& data, const Solution& solut
   if (projector.kind != DeviceKind::kProjector ||
       solution.options.noise[std::size_t(device)].floor_px < kWorthLooking)
     return "";
+  std::vector<ViewResiduals> views(data.views.size());
+  Vec2 whole_power = Vec2::Zero();
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    for (const Measurement& m : measurements_of(data, int(v), device)) {
+      if (!solution.used[v][std::size_t(device)][std::size_t(m.index)]) continue;
+      const auto r = reprojection_residual(solution.state(), m);
+      if (!r) continue;
+      // Where the light should be: what was read may lie on a grid of its own.
+      views[v].places.push_back(m.pixel() + *r);
+      views[v].residuals.push_back(*r);
+      whole_power += r->cwiseAbs2();
+    }
+    remove_trend(views[v]);
+  }
   for (const int axis : {0, 1}) {
     std::vector<std::pair<double, double>> residual_at;
     double power = 0;
-    for (std::size_t v = 0; v < data.views.size(); ++v)
-      for (const Measurement& m : measurements_of(data, int(v), device)) {
-        if (!solution.used[v][std::size_t(device)][std::size_t(m.index)]) continue;
-        const auto r = reprojection_residual(solution.state(), m);
-        if (!r) continue;
-        // Where the light should be: what was read may lie on a grid of its own.
-        residual_at.emplace_back(m.pixel()[axis] + (*r)[axis], (*r)[axis]);
-        power += (*r)[axis] * (*r)[axis];
+    for (const ViewResiduals& view : views)
+      for (std::size_t i = 0; i < view.places.size(); ++i) {
+        residual_at.emplace_back(view.places[i][axis], view.residuals[i][axis]);
+        power += view.residuals[i][axis] * view.residuals[i][axis];
       }
     // N. Lomb, "Least-squares frequency analysis of unequally spaced data", 1976: under noise alone
     // |sum r e^{i 2 pi f x}|^2 / sum r^2 is exponential with mean one. Periods from 2.2 to 40 pixels; what
@@ -324,6 +365,9 @@ std::string resampled_picture(const Correspondences& data, const Solution& solut
       if (c * c + s * s > strongest) strongest = c * c + s * s, period = 1 / f;
     }
     if (residual_at.size() < 50 || frequencies * std::exp(-strongest / power) > kChance) continue;
+    // What repeats is the cause only where it is a good part of what does not fit.
+    constexpr double kPart = 0.1;
+    if (2 * strongest / double(residual_at.size()) < kPart * whole_power[axis]) continue;
     char text[200];
     std::snprintf(
         text, sizeof text,

@@ -90,8 +90,8 @@ class DeviceGates {
     if (rms == quality.rms_px.end()) return;
     add("RMS", rms->second <= limits.max_rms_px, number(rms->second) + " px",
         "above " + number(limits.max_rms_px, 2) +
-            " px something does not fit: a bent or moved board, a sheet printed at two scales, a scaled "
-            "frame, a wrong lens model");
+            " px something does not fit: a bent or moved board, a camera that refocused between the views (switch "
+            "autofocus off), a sheet printed at two scales, a scaled frame, a wrong lens model");
     const auto holdout = quality.holdout_px.find(device_);
     if (holdout == quality.holdout_px.end()) return;
     const auto known = quality.expected_holdout_px.find(device_);
@@ -137,12 +137,12 @@ std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits,
     DeviceGates device(gates, projector.name, projector.projector.inverse_camera);
     check_common(device, "");
     const Vec2 shift = projector.projector.lens_shift();
-    device.add("lens shift", shift.cwiseAbs().maxCoeff() <= limits.max_lens_shift,
-               number(shift.x(), 2) + " widths, " + number(shift.y(), 2) + " heights",
-               "beyond " + number(limits.max_lens_shift, 1) +
-                   " no common projector goes; focal length, principal point and "
-                   "pose have traded off: add views with the board tilted and at other distances, and start "
-                   "linearly");
+    device.add(
+        "lens shift", shift.cwiseAbs().maxCoeff() <= limits.max_lens_shift,
+        number(shift.x(), 2) + " widths, " + number(shift.y(), 2) + " heights",
+        "beyond " + number(limits.max_lens_shift, 1) +
+            " no common projector goes: switch its keystone correction off; or focal length, principal "
+            "point and pose have traded off: add views with the board tilted and at other distances");
   }
   return gates;
 }

@@ -162,16 +162,34 @@ bool add_next(Growing& rig) {
   return true;
 }
 
+/// Views of which only the camera's corners are used, and the remark of the first of them, which names the cause; empty
+/// without any.
+std::string rejected_views(const Diagnostics& remarks) {
+  int count = 0;
+  std::string cause;
+  for (std::size_t i = 0; i < remarks.items.size(); ++i) {
+    if (remarks.items[i].code != "projector_rejected") continue;
+    if (++count == 1 && i > 0) cause = remarks.items[i - 1].message;
+  }
+  if (count == 0) return "";
+  return "; the frames of " + std::to_string(count) + (count == 1 ? " view do" : " views do") +
+         " not belong together" + (cause.empty() ? "" : ": " + cause);
+}
+
 void require_all_placed(const Growing& rig) {
   for (std::size_t d = 0; d < rig.data.devices.size(); ++d) {
     if (rig.placed[d]) continue;
+    const std::string rejected = rejected_views(rig.data.diagnostics);
     throw Error(
         ErrorKind::kNotEnoughData, rig.data.devices[d].name,
         std::to_string(lit_points(rig, d).size()) + " views have at least " +
             std::to_string(kMinPointsPerView) + " of the board's points for it, " +
-            std::to_string(kMinLitViews) + " are needed",
-        "see the warnings of its views; without any, place the board inside the projector's light, and "
-        "check that its size and the order of frames are right");
+            std::to_string(kMinLitViews) + " are needed" + rejected,
+        rejected.empty()
+            ? "see the warnings of its views; without any, place the board inside the projector's light, and "
+              "check that its size and the order of frames are right"
+            : "see the warnings of its views, and capture them again: fix board and camera until the last frame "
+              "is captured, and wait for each frame");
   }
 }
 

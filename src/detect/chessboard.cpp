@@ -265,29 +265,56 @@ std::optional<Grid> extended(const ViewU8& image, std::vector<Grid> parts, const
   return std::nullopt;
 }
 
+/// Does a board of these counts, or a part of it, explain the grid?
+bool is_within(const Grid& grid, const Chessboard& board) {
+  return std::min(grid.columns, grid.rows) <= std::min(board.columns, board.rows) &&
+         std::max(grid.columns, grid.rows) <= std::max(board.columns, board.rows);
+}
+
+/// Something else than one of the boards that are known to be there. Of two boards a grid that both explain tells nothing.
+std::optional<Grid> unexpected(const cv::Mat& image, const Chessboard& board, const std::vector<Grid>& found,
+                               const std::vector<Chessboard>& known) {
+  const auto is_known = [&](const Grid& grid) {
+    return std::any_of(known.begin(), known.end(),
+                       [&](const Chessboard& other) { return is_within(grid, other); });
+  };
+  std::optional<Grid> largest;
+  for (const Grid& grid : found)
+    if (!is_known(grid) && (!largest || grid.points.size() > largest->points.size())) largest = grid;
+  if (!largest && found.empty()) {
+    largest = find_any(image, board);
+    if (largest && is_known(*largest)) return std::nullopt;
+  }
+  return largest;
+}
+
 void explain_missing(const cv::Mat& image, const Chessboard& board, const std::vector<Grid>& others,
-                     Diagnostics& diagnostics) {
-  const auto largest = std::max_element(others.begin(), others.end(), [](const Grid& a, const Grid& b) {
-    return a.points.size() < b.points.size();
-  });
-  const auto other = largest != others.end() ? std::optional(*largest) : find_any(image, board);
+                     const ChessboardOptions& options, Diagnostics& diagnostics) {
+  const std::optional<Grid> other = unexpected(image, board, others, options.others);
   const std::string asked = counts(board.columns, board.rows);
   if (other && other->columns * other->rows > 9) {
     // Printed counts are named the way round that resembles the question.
     const bool swap = (board.columns < board.rows) != (other->columns < other->rows);
     const std::string found =
         swap ? counts(other->rows, other->columns) : counts(other->columns, other->rows);
-    const bool part = std::min(other->columns, other->rows) <= std::min(board.columns, board.rows) &&
-                      std::max(other->columns, other->rows) <= std::max(board.columns, board.rows);
     diagnostics.warn(
         "board_counts_differ",
-        part ? "only " + found + " of its " + asked +
-                   " inner corners show: light or uncover the rest of the board; if that is all of "
-                   "it, ask for chessboard:" +
-                   found
-             : "a board with " + found + " inner corners was found where " + asked +
-                   " was asked; if the whole board is in the picture, ask for chessboard:" + found +
-                   " (inner corners, not squares), else uncover the rest");
+        is_within(*other, board)
+            ? "only " + found + " of its " + asked +
+                  " inner corners show: light or uncover the rest of the board; if that is all of "
+                  "it, " +
+                  options.counts_advice + found
+            : "a board with " + found + " inner corners was found where " + asked +
+                  " was asked; if the whole board is in the picture, " + options.counts_advice + found +
+                  " (inner corners, not squares), else uncover the rest");
+    return;
+  }
+  if (!options.others.empty() && !others.empty()) {
+    diagnostics.warn(
+        "board_not_found",
+        "of the two boards only the other one was found, and no chessboard with " + asked +
+            " inner corners; all of it must lie in the image, on blank paper, sharp and neither dim nor "
+            "saturated, with a light margin of half a square around it; check its counts too");
     return;
   }
   diagnostics.warn(
@@ -319,7 +346,7 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   if (!grid) grid = extended(image, search.others, board, options.window_share);
   if (!grid && !within_larger) grid = find_by_sectors(pixels, board);
   if (!grid) {
-    explain_missing(pixels, board, search.others, result.diagnostics);
+    explain_missing(pixels, board, search.others, options, result.diagnostics);
     return result;
   }
   order_by_image(*grid);

@@ -1,6 +1,8 @@
 #include "procam/detect/shown_board.hpp"
 
 #include <Eigen/LU>
+#include <cmath>
+#include <vector>
 
 namespace procam::detect {
 namespace {
@@ -38,6 +40,40 @@ void turn_quarter(Detections& found, const Chessboard& layout) {
   }
 }
 
+/// Of squares whose four corners are found, is the first one of the board lighter than its neighbours? nullopt with
+/// fewer than four squares of either colour.
+std::optional<bool> first_square_is_light(const ViewU8& photograph, const Detections& found,
+                                          const Chessboard& layout) {
+  std::vector<std::optional<Vec2>> corners(static_cast<std::size_t>(layout.size()));
+  for (const Observation& o : found.observations) corners[std::size_t(o.point)] = o.pixel;
+  double sums[2] = {0, 0};
+  int counts[2] = {0, 0};
+  for (int row = 0; row + 1 < layout.rows; ++row)
+    for (int column = 0; column + 1 < layout.columns; ++column) {
+      Vec2 middle = Vec2::Zero();
+      int there = 0;
+      for (const int i : {0, 1, layout.columns, layout.columns + 1})
+        if (const auto& corner = corners[std::size_t(row * layout.columns + column + i)])
+          middle += 0.25 * *corner, ++there;
+      if (there < 4) continue;
+      const int colour = (row + column) % 2;
+      sums[colour] += photograph.at(int(std::lround(middle.x())), int(std::lround(middle.y())));
+      ++counts[colour];
+    }
+  constexpr int kFew = 4;
+  if (counts[0] < kFew || counts[1] < kFew) return std::nullopt;
+  return sums[0] / counts[0] > sums[1] / counts[1];
+}
+
+/// With two odd counts a mirror exchanges the colours, and half a turn does not. Such corners are numbered wrongly.
+bool is_mirrored(const ViewU8& photograph, const Detections& found, const Chessboard& layout,
+                 const ShownBoardOptions& options) {
+  if (layout.columns % 2 == 0 || layout.rows % 2 == 0 || !options.light_first) return false;
+  // The square outside the first corner has the colour of the one inside.
+  const std::optional<bool> light = first_square_is_light(photograph, found, layout);
+  return light && *light != *options.light_first;
+}
+
 }  // namespace
 
 void number_upright(Detections& found, const Chessboard& layout) {
@@ -68,6 +104,14 @@ Detections detect_shown_board(const ViewU8& photograph, const Chessboard& layout
     if (*options.light_first) turn_half(found, layout);
   } else {
     number_upright(found, layout);
+    if (is_mirrored(photograph, found, layout, options)) {
+      found.observations.clear();
+      found.diagnostics.warn(
+          "mirrored",
+          "the squares of the projected chessboard have the colours that they have in a mirror: "
+          "switch off the mirroring of projector (rear projection) or camera");
+      return found;
+    }
   }
   for (Observation& point : found.observations)
     point.covariance += kShownCornerSigmaPx * kShownCornerSigmaPx * Mat2::Identity();

@@ -242,6 +242,43 @@ std::optional<Sequence::Gain> Sequence::gain(int index) const {
   return gain;
 }
 
+std::array<double, 2> Sequence::unsteadiness() const {
+  std::vector<double> contrasts;
+  for (const Pixel& p : shown_) contrasts.push_back(white(p.x, p.y) - black(p.x, p.y));
+  const double paper = median_or(std::move(contrasts), 0.0);
+  constexpr std::size_t kFewInBand = 40, kFewFrames = 6;
+  std::array<std::array<std::vector<double>, kBands>, 2> levels;  // of the frames, by stripe and band
+  for (const FramePair& of : frames_.pairs) {
+    std::array<std::array<std::vector<double>, kBands>, 2> stripes;
+    for (const Pixel& p : shown_) {
+      const double contrast = white(p.x, p.y) - black(p.x, p.y);
+      const double a = at(of.first, p.x, p.y), b = at(of.second, p.x, p.y);
+      if (contrast < paper || std::abs(a - b) < kOneStripe * contrast) continue;
+      // By the place's own brightness, so that a band's mean does not follow the stripes over its paper.
+      const auto i = std::size_t(band(p));
+      stripes[0][i].push_back(std::min(a, b) / contrast);
+      stripes[1][i].push_back(std::max(a, b) / contrast);
+    }
+    for (std::size_t side = 0; side < 2; ++side)
+      for (std::size_t i = 0; i < kBands; ++i)
+        if (stripes[side][i].size() >= kFewInBand)
+          levels[side][i].push_back(median_or(std::move(stripes[side][i]), 0.0));
+  }
+  std::array<double, 2> changes{};
+  for (std::size_t side = 0; side < 2; ++side) {
+    std::vector<double> of_bands;
+    for (const auto& frames : levels[side]) {
+      if (frames.size() < kFewFrames) continue;
+      const double middle = median_or(frames, 0.0);
+      double squares = 0;
+      for (const double level : frames) squares += (level - middle) * (level - middle);
+      of_bands.push_back(std::sqrt(squares / double(frames.size())));
+    }
+    changes[side] = median_or(std::move(of_bands), 0.0);
+  }
+  return changes;
+}
+
 bool Sequence::is_below_full_scale(const FramePair& of, const Pixel& p) const {
   return std::max(frames_.captures[std::size_t(of.first)].at(p.x, p.y),
                   frames_.captures[std::size_t(of.second)].at(p.x, p.y)) <= kFullScale;

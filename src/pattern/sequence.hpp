@@ -98,6 +98,10 @@ class Sequence {
   };
   std::optional<Gain> gain(int pair) const;
 
+  /// By how much the darker and the brighter stripes of light paper change over the coarse frames, linear light: standard
+  /// deviation from frame to frame, median over the bands. 0, 0 where no stripes are coarse.
+  std::array<double, 2> unsteadiness() const;
+
   /// The captures of the pair are not at full scale there.
   bool is_below_full_scale(const FramePair& pair, const Pixel& pixel) const;
 

@@ -53,6 +53,36 @@ void warn_stretched(double change, Diagnostics& found) {
                  "exposure, gain and white balance");
 }
 
+/// Where the dark stripes change as much as the bright ones do, the room's light changes.
+bool by_lamps(const std::array<double, 2>& unsteadiness) {
+  constexpr double kByLamps = 0.35;
+  const auto [dark, bright] = unsteadiness;
+  return dark > kByLamps * bright;
+}
+
+/// So much that pairs do not complement each other; no wrong frame makes dark stripes of one place differ.
+bool lamps_flicker_strongly(const Sequence& sequence) {
+  constexpr double kStrong = 0.08;  // of the contrast
+  const std::array<double, 2> unsteadiness = sequence.unsteadiness();
+  return unsteadiness[0] > kStrong && by_lamps(unsteadiness);
+}
+
+void warn_flicker(const Sequence& sequence, double change, Diagnostics& found) {
+  const std::string text =
+      "Brightness changes by " + format("%.0f %%", 100 * change) + " from frame to frame or over the rows: ";
+  if (by_lamps(sequence.unsteadiness()))
+    found.warn("flicker",
+               text +
+                   "the room's lamps flicker, as dark stripes change too; switch the lamps off, or set the "
+                   "exposure to a multiple of half the mains period (10 ms at 50 Hz, 8.33 ms at 60 Hz)");
+  else
+    found.warn("flicker",
+               text +
+                   "lamps or projector flicker, or the camera adjusts each image's contrast; set the "
+                   "exposure to a multiple of their period (mains: 20 ms or 16.7 ms), and switch automatic "
+                   "contrast off");
+}
+
 /// "exposure_changes": all frames are half white, so their brightness by white and black is the same; and it
 /// is not one, or black is brighter than black stripes; or it differs from frame to frame, and every image spans all
 /// grey levels. "flicker": it differs, and they do not; or it differs over the rows.
@@ -94,11 +124,17 @@ void check_brightness(const Sequence& sequence, const Gains& gains, bool shakes,
   const double spread =
       1.4826 * std::max(std::sqrt(2.0) * median_or(off, 0.0), median_or(steps, 0.0) / std::sqrt(2.0));
   const double ripple = median_or(ripples, 0.0);
+  std::vector<double> known_bands;
+  for (const double of_band : usual_band)
+    if (of_band > 0) known_bands.push_back(std::abs(of_band - 1));
+  const double uneven = median_or(std::move(known_bands), 0.0);  // white and black themselves flicker
   const double change = std::max(std::abs(usual - 1), darker);
   // Noise shifts ratios: their numerator and denominator have it.
   const double by_noise = kByNoise * check.noise;
   const bool follows = std::abs(usual - 1) > kExposure + by_noise || darker > kDarker + by_noise;
-  if (follows && spread < 0.5 * change) {
+  // An exposure is one number a frame, and the same over the rows.
+  constexpr double kSteady = 0.5, kEven = 0.3;
+  if (follows && spread < kSteady * change && std::max(ripple, uneven) < kEven * change) {
     warn_exposure(change, check.diagnostics);
     return;
   }
@@ -107,12 +143,7 @@ void check_brightness(const Sequence& sequence, const Gains& gains, bool shakes,
   if (sequence.spans_all_greys())
     warn_stretched(unsteady, check.diagnostics);
   else
-    check.diagnostics.warn(
-        "flicker",
-        "Brightness changes by " + format("%.0f %%", 100 * unsteady) +
-            " from frame to frame or over the rows: lamps or projector flicker, or the camera "
-            "adjusts each image's contrast; set the exposure to a multiple of their period (mains: "
-            "20 ms or 16.7 ms), and switch automatic contrast off");
+    warn_flicker(sequence, unsteady, check.diagnostics);
 }
 
 /// Of the print, as long as the projected frames are in order.
@@ -318,7 +349,8 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
   if (!found.items.empty()) return;
   // No wrong frame makes black stripes darker than black. Stretched contrast makes pairs unequal, as a torn frame does, and
   // takes the brightest pixels to full scale.
-  if (-sequence.black_stripes() > 5 * kDarker || sequence.spans_all_greys())
+  if (-sequence.black_stripes() > 5 * kDarker || sequence.spans_all_greys() ||
+      lamps_flicker_strongly(sequence))
     check_brightness(sequence, gains, shakes, check);
   if (!found.items.empty()) return;
   // Between captures that shake, the finest stripes move by their own width: that is no other frame.

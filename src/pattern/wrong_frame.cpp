@@ -40,7 +40,9 @@ Bands alike(const Sequence& sequence, int a, int b) {
 std::optional<WrongFrame> find_wrong_frame(const Sequence& sequence,
                                            const std::vector<std::optional<Sequence::Gain>>& gains) {
   constexpr double kMinSquare = 0.006;  // stripes of 15 % contrast, of which half the pixels are wrong
-  constexpr double kFarAbove = 4;       // twice the amplitude
+  constexpr double kMinSquareOfCoarse =
+      0.15;                        // where stripes are wide, a wrong one is wrong by the whole contrast
+  constexpr double kFarAbove = 4;  // twice the amplitude
   std::vector<double> usual;
   for (const auto& gain : gains)
     if (gain) usual.push_back(gain->all);
@@ -60,11 +62,13 @@ std::optional<WrongFrame> find_wrong_frame(const Sequence& sequence,
   for (int k = 0; k < sequence.pairs(); ++k) {
     const Bands& sum = sums[std::size_t(k)];
     std::vector<std::size_t> wrong;
+    const auto& gain = gains[std::size_t(k)];
+    const double least_square = gain && gain->is_coarse ? kMinSquareOfCoarse : kMinSquare;
     for (std::size_t i = 0; i < kBands; ++i) {
       double beside = 0;
       if (k > 0) beside = sums[std::size_t(k - 1)][i];
       if (k + 1 < sequence.pairs()) beside = std::max(beside, sums[std::size_t(k + 1)][i]);
-      if (sum[i] > std::max(kMinSquare, kFarAbove * beside)) wrong.push_back(i);
+      if (sum[i] > std::max(least_square, kFarAbove * beside)) wrong.push_back(i);
     }
     if (wrong.size() < 2) continue;
     const FramePair& pair = sequence.pair(k);

@@ -45,6 +45,15 @@ namespace {
 
 const char* const kPatternFile = "pattern.json";
 
+/// Lamps that flicker write codes into pixels that the projector does not light: these tell nothing about its size.
+void forgive_codes_of_flicker(const pattern::SequenceCheck& sequence, DecodedMap& decoded) {
+  if (sequence.diagnostics.find("flicker") == nullptr) return;
+  auto& items = decoded.diagnostics.items;
+  items.erase(std::remove_if(items.begin(), items.end(),
+                             [](const Diagnostic& remark) { return remark.code == "projector_size"; }),
+              items.end());
+}
+
 /// The reader of a map must have the projector's true size, or every coordinate is wrong by a scale.
 void require_size_fits(const DecodedMap& decoded) {
   if (const Diagnostic* wrong_size = decoded.diagnostics.find("projector_size"))
@@ -138,6 +147,7 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
   }
   pattern::SequenceCheck sequence;
   if (how.has_inverses) sequence = pattern::check_sequence(captures, gray_code, pixels_of(in_camera));
+  forgive_codes_of_flicker(sequence, decoded);
   // Codes of a view whose frames do not belong together say nothing about the projector.
   if (!sequence.decoding_is_wrong) require_size_fits(decoded);
   if (!in_camera.observations.empty() && !sequence.decoding_is_wrong) {

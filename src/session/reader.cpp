@@ -259,10 +259,26 @@ std::vector<ReadView> read_views(const SessionPlan& plan, int begin, int end, co
 }
 
 /// Two plain boards are the same in a mirror. All pixels then fit a rig whose projector stands on the other side.
-void tell_what_a_mirror_hides(const SessionPlan& plan, Diagnostics& remarks) {
-  if (is_coded(plan.board)) return;
+/// Projected boards at other places beside each other contradict a mirrored frame.
+bool places_show_mirror(const std::vector<BoardView>& views) {
+  constexpr double kBesidePx = 20;
+  std::map<int, std::pair<double, double>> columns;  // by point: the leftmost and the rightmost
+  for (const BoardView& view : views)
+    for (const LightPoint& point : view.light_points) {
+      const double x = point.projector_pixel.x();
+      auto& [low, high] = columns.try_emplace(point.point, x, x).first->second;
+      low = std::min(low, x), high = std::max(high, x);
+      if (high - low > kBesidePx) return true;
+    }
+  return false;
+}
+
+void tell_what_a_mirror_hides(const SessionPlan& plan, const std::vector<BoardView>& views,
+                              Diagnostics& remarks) {
+  if (is_coded(plan.board) || plan.decoded) return;
+  if (plan.shown && places_show_mirror(views)) return;
   for (const PlannedProjector& projector : plan.projectors)
-    if (!projector.pattern || !projector.pattern->looks_same_mirrored()) return;
+    if (!plan.shown && (!projector.pattern || !projector.pattern->looks_same_mirrored())) return;
   remarks.note(
       "mirror_not_seen",
       "two plain boards look the same in a mirror: check that words read normally in the camera's images, and "
@@ -363,7 +379,7 @@ SessionContents read(const SessionPlan& plan, const ReadingProgress& progress) {
     views.push_back(combine(plan.views[i].name, devices, readings[i]));
   contents.correspondences = join(plan.board, devices, views);
   warn_of_identical_files(contents.inputs, contents.correspondences.diagnostics);
-  if (!plan.shown) tell_what_a_mirror_hides(plan, contents.correspondences.diagnostics);
+  tell_what_a_mirror_hides(plan, views, contents.correspondences.diagnostics);
   std::string projector_sizes;
   for (const PlannedProjector& projector : plan.projectors)
     projector_sizes += (projector_sizes.empty() ? "" : " ") +

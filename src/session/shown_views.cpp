@@ -41,6 +41,14 @@ detect::ShownBoardOptions options_for(const pattern::ShownBoard& board, bool upr
   detect::ShownBoardOptions options;
   options.light_first = board.light_first;
   options.upright = upright;
+  options.chessboard.counts_advice = "state in --shown that this view shows a board of ";
+  return options;
+}
+
+/// In the same photograph as the projected board of that layout.
+detect::BoardOptions print_beside(const Chessboard& shown) {
+  detect::BoardOptions options;
+  options.chessboard.others = {shown};
   return options;
 }
 
@@ -195,14 +203,16 @@ session::BoardView read_shown_view(const ShownViews& shown, const PhotographedVi
                                    const ImageU8& photograph, const ImageU8& unlit, const Board& printed) {
   session::BoardView seen{view.name, {{}, {}}};
   Detections& print = seen.detections[kCameraDevice];
+  const pattern::ShownBoard& board = shown.boards[view.board];
   if (!unlit.empty()) print = detect::detect_board(unlit, printed);
-  if (print.observations.empty()) print = detect::detect_board(photograph, printed);
+  if (print.observations.empty())
+    print = detect::detect_board(photograph, printed, print_beside(board.layout));
   Detections& light = seen.detections[kProjectorDevice];
   light.image_size = shown.projector_size;
 
-  const pattern::ShownBoard& board = shown.boards[view.board];
-  const Detections found =
-      detect::detect_shown_board(photograph, board.layout, options_for(board, shown.upright));
+  detect::ShownBoardOptions options = options_for(board, shown.upright);
+  if (const auto* chessboard = std::get_if<Chessboard>(&printed)) options.chessboard.others = {*chessboard};
+  const Detections found = detect::detect_shown_board(photograph, board.layout, options);
   for (Diagnostic remark : found.diagnostics.items) {
     remark.message = "the projected chessboard: " + remark.message;
     light.diagnostics.items.push_back(remark);

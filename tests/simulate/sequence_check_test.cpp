@@ -192,6 +192,38 @@ INSTANTIATE_TEST_SUITE_P(ManySeeds, BrokenSequences,
                                          KindCase{Level::kPaper, 11, 15, 4},
                                          KindCase{Level::kHard, 11, 15, 4}));
 
+/// The room's lamps at 100 Hz over a readout of 28 ms: the light changes over the rows of every frame, white and black too,
+/// and so do stripes that the projector leaves dark. Neither an exposure that follows the light nor a torn frame does that.
+TEST(LampsThatFlicker, AreNamedAndNotTheExposure) {
+  constexpr double kTurns = 2.8;  // over the rows
+  for (const double share : {0.5, 0.8}) {
+    Conditions conditions = sound_conditions(Level::kPaper);
+    conditions.gamma = {1, 1};
+    SimulatedSession session = make_session(Level::kPaper, 5, {}, {}, conditions);
+    session.capture.samples_per_axis = 1;
+    const pattern::GrayCode gray_code{session.rig().projector().projector.size()};
+    std::vector<ImageU8> captures = capture_view(session, 0, pattern::frames(gray_code));
+    const ImageU8 white = captures[captures.size() - 2];
+    for (std::size_t i = 0; i < captures.size(); ++i) {
+      const double phase = std::fmod(0.13 * double(i * i), 1.0);
+      for (int y = 0; y < white.height(); ++y) {
+        const double lamp =
+            0.25 * (1 + share * std::sin(2 * 3.14159265 * (phase + kTurns * y / white.height())));
+        for (int x = 0; x < white.width(); ++x) {
+          const double grey = 0.75 * captures[i].at(x, y) + lamp * std::max<int>(white.at(x, y), 20);
+          captures[i].at(x, y) = std::uint8_t(std::lround(std::min(grey, 255.0)));
+        }
+      }
+    }
+    const pattern::SequenceCheck found =
+        pattern::check_sequence({captures.begin(), captures.end()}, gray_code, corners_at_end(session, 0));
+    ASSERT_EQ(cause(found), "flicker") << share;
+    const std::string& message = found.diagnostics.items.front().message;
+    EXPECT_NE(message.find("lamps flicker, as dark stripes change too"), std::string::npos) << message;
+    EXPECT_FALSE(found.decoding_is_wrong);
+  }
+}
+
 /// A print that is elsewhere changes the brightness of its pixels too: neither flicker nor an exposure that follows the
 /// light. The two views were called so before steps of the print were looked for first.
 TEST(BoardRotatedBetweenFrames, IsAMovedBoard) {

@@ -21,6 +21,9 @@
 ///     one image cannot tell. The first corner is the one towards the image's top left; calibrate settles the
 ///     order between views by the residual.
 /// A 7x9 board turned by a quarter is a 9x7 board: both are found, each in its own right-handed order.
+#include <string>
+#include <vector>
+
 #include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/observation.hpp"
@@ -33,6 +36,11 @@ struct ChessboardOptions {
   double window_share = 0.35;
   /// A corner whose own sigma is larger than this many pixels is rejected (blur, glare, a finger).
   double max_sigma_px = 0.5;
+  /// Chessboards that the picture shows as well, as beside a projected board the print: where this one is not
+  /// found, the remark does not advise their counts.
+  std::vector<Chessboard> others = {};
+  /// What the remark on other counts advises, before the counts.
+  std::string counts_advice = "ask for chessboard:";
 };
 
 /// All corners of the board that could be refined, each with its covariance. Takes any picture in which the

@@ -29,7 +29,8 @@ PROCAM_EXPORT void number_upright(Detections& found, const Chessboard& layout);
 
 /// Observations numbered row by row as the frame has its corners; remarks as for detect_chessboard().
 /// Corners whose window holds the border of the print, of the sheet or of the frame are rejected by their
-/// residual. `layout` in any unit. Throws std::invalid_argument when the order is not settled.
+/// residual. `layout` in any unit. "mirrored", and no observations, where both counts are odd and the colours known and the
+/// other ones. Throws std::invalid_argument when the order is not settled.
 PROCAM_EXPORT Detections detect_shown_board(const ViewU8& photograph, const Chessboard& layout,
                                             const ShownBoardOptions& options);
 

@@ -12,7 +12,8 @@ namespace {
 
 /// [exp(w) R, p + d].
 Pose with_error(const Pose& pose, const Vec6& error) {
-  return Pose(so3_exp(Vec3(error.head<3>())) * pose.rotation, pose.translation + error.tail<3>()).normalized();
+  return Pose(so3_exp(Vec3(error.head<3>())) * pose.rotation, pose.translation + error.tail<3>())
+      .normalized();
 }
 
 /// The left increment [w, d - w x p] of an error at p is of the same rotation about the world's origin.
@@ -33,12 +34,12 @@ struct PoseCorrection::State {
   double time = 0;  ///< of both; 0: no image has come
   double last_sight = -1e300;
   int refused_in_a_row = 0;
+  bool states_twist = false;  ///< of the localiser's last message
   PoseCorrectionStatus status;
 
   explicit State(const PoseCorrectionOptions& given) : options(given), localiser(given.track) {
-    for (const double positive :
-         {given.position_sigma, given.rotation_sigma, given.height_sigma, given.tilt_sigma, given.correlation,
-          given.max_chi2, given.alone_after})
+    for (const double positive : {given.position_sigma, given.rotation_sigma, given.height_sigma,
+                                  given.tilt_sigma, given.correlation, given.max_chi2, given.alone_after})
       require(positive > 0 && std::isfinite(positive),
               "PoseCorrection: sigmas, times and max_chi2 must be positive");
     usual << given.tilt_sigma, given.tilt_sigma, given.rotation_sigma, given.position_sigma,
@@ -110,6 +111,7 @@ std::optional<StampedPose> PoseCorrection::add(const StampedPose& message) {
   State& s = *state_;
   const double before = s.localiser.newest_time();
   s.localiser.add(message);
+  s.states_twist = message.twist.has_value();
   const double when = s.localiser.newest_time();
   if (when == before || when - s.last_sight < s.options.alone_after) return std::nullopt;
   const TrackedPose pose = s.localiser.at(when);
@@ -141,7 +143,9 @@ std::optional<StampedPose> PoseCorrection::add(const PoseSight& sight) {
   s.status.error = by;
   s.status.sigma = known.diagonal().cwiseMax(0).cwiseSqrt();
   s.status.time = sight.time;
-  return s.message(sight.time, pose.frame_from_child, by, known);
+  StampedPose result = s.message(sight.time, pose.frame_from_child, by, known);
+  if (s.states_twist) result.twist = pose.twist;
+  return result;
 }
 
 PoseCorrectionStatus PoseCorrection::status() const {

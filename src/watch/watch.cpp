@@ -220,7 +220,8 @@ WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
     }
   }
   // A slow camera or computer lengthens the window.
-  if (!options_.locates_rig && time - window_begin_ >= options_.window && window_images_ >= kMinImages) end_window(time);
+  if (!options_.locates_rig && time - window_begin_ >= options_.window && window_images_ >= kMinImages)
+    end_window(time);
   report.is_alarm = is_alarm_;
   report.is_drift = is_alarm_ && !has_jumped_;
   report.window_time = window_time_;

@@ -26,6 +26,7 @@ RobotRun runs_of(const char* what, RobotConditions conditions) {
   double worst = 0;
   const double cpu = double(std::clock()) / CLOCKS_PER_SEC;
   conditions.camera_rate = number_of("ROBOT_CAMERA_RATE", conditions.camera_rate);
+  conditions.odometry = number_of("ROBOT_ODOMETRY", 0) > 0;
   conditions.correlation = number_of("ROBOT_CORRELATION", conditions.correlation);
   const int first = int(number_of("ROBOT_FIRST", 1));
   for (int seed = first; seed < first + int(number_of("ROBOT_SEEDS", 5)); ++seed) {

@@ -52,10 +52,11 @@ inline std::vector<Mural> corner_walls() {
 struct RobotConditions {
   std::vector<Mural> walls = flat_wall();
   watch::test::Content content = watch::test::Content::kSlides;
-  bool markers = false;  ///< two of 150 mm on the first wall, known
+  bool markers = false;        ///< two of 150 mm on the first wall, known
   double speed = 0, turn = 0;  ///< largest, m/s and rad/s, to and fro; 0: it stands
   double position_sigma = 0.02, rotation_sigma = 1 * kDegree, correlation = 3;  ///< of the localiser
   double rate = 10, latency = 0.05;
+  bool odometry = false;  ///< messages state the twist, with 0.02 m/s and 0.02 rad/s of noise
   double camera_rate = 10, camera_latency = 0.04, looking = 0.02, delay = 0.035;  ///< seconds
   double lens_error = 0;
   std::uint64_t seed = 1;
@@ -81,8 +82,10 @@ class RobotWorld {
     if (!c_.markers) return;
     const Mural& wall = c_.walls.front();
     for (const auto& [id, at] : {std::pair(5, Vec2(0.38, 0.3)), std::pair(9, Vec2(0.62, 0.7))})
-      map_.markers.push_back({id, 0.15, wall.world_from_surface * Pose(Eigen::Quaterniond::Identity(),
-                                                         Vec3(at.x() * wall.size.x(), at.y() * wall.size.y(), 0))});
+      map_.markers.push_back(
+          {id, 0.15,
+           wall.world_from_surface * Pose(Eigen::Quaterniond::Identity(),
+                                          Vec3(at.x() * wall.size.x(), at.y() * wall.size.y(), 0))});
   }
 
   RobotRun run(double seconds);
@@ -161,7 +164,8 @@ inline const simulate::LiveView& RobotWorld::view(const Pose& world_from_base) {
   }
   for (const PlacedMarker& marker : map_.markers) {
     PlacedMarker before = marker;
-    before.world_from_marker = marker.world_from_marker * Pose(Eigen::Quaterniond::Identity(), Vec3(0, 0, -2e-4));
+    before.world_from_marker =
+        marker.world_from_marker * Pose(Eigen::Quaterniond::Identity(), Vec3(0, 0, -2e-4));
     room.bodies.push_back(simulate::marker_sheet(before, cells_, Pose(), 1));
   }
   Camera inverse = rig_.projector().projector.inverse_camera;
@@ -206,8 +210,7 @@ inline double RobotWorld::error_mm(const Pose& truth, const Pose& believed) cons
         if (!point) continue;
         const Vec3 own = wall.world_from_surface.inverse() * *point;
         const double far = (*point - is.translation).norm();
-        if (own.x() < 0 || own.y() < 0 || own.x() > wall.size.x() || own.y() > wall.size.y() ||
-            far > nearest)
+        if (own.x() < 0 || own.y() < 0 || own.x() > wall.size.x() || own.y() > wall.size.y() || far > nearest)
           continue;
         nearest = far, lit = &wall, at = *point;
       }
@@ -243,7 +246,8 @@ inline RobotRun RobotWorld::run(double seconds) {
   };
   std::deque<Later> later;
   const auto at = [&](double when, std::function<void()> act) {
-    const auto place = std::find_if(later.begin(), later.end(), [&](const Later& one) { return one.when > when; });
+    const auto place =
+        std::find_if(later.begin(), later.end(), [&](const Later& one) { return one.when > when; });
     later.insert(place, {when, std::move(act)});
   };
   RobotRun run;
@@ -254,13 +258,21 @@ inline RobotRun RobotWorld::run(double seconds) {
   for (double light = kBegin + 0.2; light < kBegin + seconds; light += 1 / 30.0) {
     const double now = light - c_.delay;
     for (; next_message + c_.latency <= now; next_message += 1 / c_.rate) {
-      for (int k = 0; k < 3; ++k) off[k] = phi * off[k] + std::sqrt(1 - phi * phi) * sigma[k] * normal(random);
+      for (int k = 0; k < 3; ++k)
+        off[k] = phi * off[k] + std::sqrt(1 - phi * phi) * sigma[k] * normal(random);
       const Pose truth = world_from_base(next_message);
       track::StampedPose message;
       message.arrival = next_message + c_.latency;
       message.frame = "map", message.child = "base";
-      message.frame_from_child = Pose(so3_exp(Vec3(0, 0, off.z())) * truth.rotation,
-                                      truth.translation + Vec3(off.x(), off.y(), 0));
+      message.frame_from_child =
+          Pose(so3_exp(Vec3(0, 0, off.z())) * truth.rotation, truth.translation + Vec3(off.x(), off.y(), 0));
+      if (c_.odometry) {
+        const Vec6 way =
+            se3_log(Pose(world_from_base(next_message - 0.01).inverse() * world_from_base(next_message)));
+        Vec6 noise;
+        noise << 0, 0, 0.02 * normal(random), 0.02 * normal(random), 0, 0;
+        message.twist = Vec6(way / 0.01 + noise);
+      }
       // In its turn with the images.
       at(message.arrival, [=, &alone, &correction, &with] {
         alone.add(message);
@@ -288,7 +300,8 @@ inline RobotRun RobotWorld::run(double seconds) {
     if (report.rig && report.rig->cells > 0)
       sights.push_back({light, drawn_for * base_from_rig(), report.rig->information, report.rig->score});
     if (!map_.markers.empty())
-      if (const auto sight = sight_of_markers(image, light, rig_.camera(), map_, cells_, drawn_for * base_from_rig())) {
+      if (const auto sight =
+              sight_of_markers(image, light, rig_.camera(), map_, cells_, drawn_for * base_from_rig())) {
         sights.push_back(*sight);
         ++run.markers;
       }

@@ -42,10 +42,10 @@ struct PoseCorrectionOptions {
   /// axis; and what the floor leaves, in z and about x and y.
   double position_sigma = 0.02, rotation_sigma = 0.0175;
   double height_sigma = 0.002, tilt_sigma = 0.002;
-  double correlation = 3;     ///< tau, seconds
-  double max_chi2 = 30;       ///< of an image, 6 degrees of freedom at most: 1 in 25 000 by chance
-  int believe_after = 5;      ///< refused images
-  double alone_after = 0.3;   ///< seconds without an image, after which the localiser's messages are handed on
+  double correlation = 3;    ///< tau, seconds
+  double max_chi2 = 30;      ///< of an image, 6 degrees of freedom at most: 1 in 25 000 by chance
+  int believe_after = 5;     ///< refused images
+  double alone_after = 0.3;  ///< seconds without an image, after which the localiser's messages are handed on
 };
 
 /// One image's evidence: for rig_from_world = exp(x) * world_from_rig^-1, information A and score A x.
@@ -76,6 +76,7 @@ class PROCAM_EXPORT PoseCorrection {
   /// `arrival` is its moment and TrackOptions::delay.
   std::optional<StampedPose> add(const StampedPose& message);
   /// An image's evidence. Gives the corrected pose at its exposure; nullopt: refused, or no message has come yet.
+  /// Where the messages state a twist (odometry), so does the pose.
   std::optional<StampedPose> add(const PoseSight& sight);
 
   PoseCorrectionStatus status() const;

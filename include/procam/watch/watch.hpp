@@ -66,7 +66,8 @@ struct WatchReport {
   // Of this image.
   int textured = 0, measured = 0;
   Vec2 median_shift = Vec2::Zero();  ///< of the measured cells, camera pixels
-  std::optional<RigInformation> rig;  ///< WatchOptions::locates_rig: about the places of the surfaces as given
+  std::optional<RigInformation>
+      rig;  ///< WatchOptions::locates_rig: about the places of the surfaces as given
   // Of the last complete window; of the explanation that fits best, without a movement of the most probable one.
   double window_time = 0;             ///< its end; 0: none yet
   double error = 0, error_sigma = 0;  ///< of the light on the surfaces, metres RMS

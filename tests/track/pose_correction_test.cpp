@@ -95,14 +95,14 @@ TEST(PoseCorrection, WhatOnePlaneDoesNotShowStaysTheLocalisers) {
   ASSERT_TRUE(pose);
   const Pose world_from_rig = truth(time) * base_from_rig();
   const Vec3 ahead = world_from_rig.rotate(Vec3::UnitZ()),
-             aside = Vec3(-ahead.y(), ahead.x(), 0).normalized();
+             sideways = Vec3(-ahead.y(), ahead.x(), 0).normalized();
   const Pose found = pose->frame_from_child * base_from_rig();
   const Vec3 left = found.translation - world_from_rig.translation;
   EXPECT_NEAR(off_by(*pose).z(), 0, 1e-3);
   EXPECT_LT(std::abs(left.dot(ahead)), 1.5e-3);
   const Vec3 before = (localised(time) * base_from_rig()).translation - world_from_rig.translation;
-  EXPECT_GT(std::abs(before.dot(aside)), 0.01);
-  EXPECT_NEAR(left.dot(aside), before.dot(aside), 6e-3);  // the lever arm of the rotation is known
+  EXPECT_GT(std::abs(before.dot(sideways)), 0.01);
+  EXPECT_NEAR(left.dot(sideways), before.dot(sideways), 6e-3);  // the lever arm of the rotation is known
   // The covariance says so: of the base's place along the wall it is that of the localiser.
   const Vec6 sigma = correction.status().sigma;
   EXPECT_GT(std::max(sigma[3], sigma[4]), 0.012);

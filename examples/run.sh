@@ -17,7 +17,7 @@ jobs=$(nproc)
 build() {
   cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" --target \
     simulate-captures calibrate-projector solve-surfaces render-to-image export-warp export-camera section_v \
-    example_03_true_error example_04_drive example_07_watch example_08_cart example_09_mount
+    example_03_true_error example_04_drive example_07_watch example_08_cart example_09_mount example_10_robot
 }
 
 simulate() {
@@ -52,6 +52,7 @@ correct() {
   "$build/examples/example_07_watch" examples/data/test_card.png "$out"
   "$build/examples/example_08_cart" examples/data/test_card.png "$out"
   "$build/examples/example_09_mount" examples/data/test_card.png "$out"
+  "$build/examples/example_10_robot" examples/data/test_card.png "$out"
 }
 
 evaluate() {

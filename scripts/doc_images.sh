@@ -86,12 +86,15 @@ demonstrations() {
   "$examples/example_07_watch" "$data/test_card.png" .
   "$examples/example_08_cart" "$data/test_card.png" .
   "$examples/example_09_mount" "$data/test_card.png" .
+  "$examples/example_10_robot" "$data/test_card.png" .
   cp watch_error.svg "$images/watch_error.svg"
   cp cart_error.svg "$images/tracked_error.svg"
   cp mount_error.svg "$images/mount_error.svg"
+  cp robot_error.svg "$images/robot_error.svg"
   cp watch.png "$images/watch_corrected.png"
   cp cart.png "$images/tracked_cart.png"
   cp mount.png "$images/mount_wall.png"
+  cp robot.png "$images/robot_corrected.png"
 }
 
 for picture in boards patterns calibration error locate verify photographs demonstrations; do

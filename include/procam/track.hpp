@@ -6,6 +6,7 @@
 #include "procam/track/head_angles.hpp"
 #include "procam/track/locate.hpp"
 #include "procam/track/pose_chooser.hpp"
+#include "procam/track/pose_correction.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/pose_sender.hpp"
 #include "procam/track/pose_source.hpp"

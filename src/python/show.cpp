@@ -87,7 +87,15 @@ void bind_watch_status(py::module_& m) {
       .field("measured", &show::WatchStatus::measured, "cells of the last image")
       .field("window_time", &show::WatchStatus::window_time,
              "end of the last window, clock of device::now_s()")
-      .field("history_mm", &show::WatchStatus::history_mm, "errors of the last windows, oldest first");
+      .field("history_mm", &show::WatchStatus::history_mm, "errors of the last windows, oldest first")
+      .field("corrects_pose", &show::WatchStatus::corrects_pose, "the localiser's poses are corrected")
+      .field("pose_off_mm", &show::WatchStatus::pose_off_mm, "error of the localiser's pose, along the floor")
+      .field("pose_off_deg", &show::WatchStatus::pose_off_deg, "about the world's z axis")
+      .field("pose_sigma_mm", &show::WatchStatus::pose_sigma_mm,
+             "largest standard deviation of the corrected pose along the floor")
+      .field("pose_images", &show::WatchStatus::pose_images, "images that corrected the pose")
+      .field("pose_refused", &show::WatchStatus::pose_refused,
+             "images that contradict the pose beyond its stated error");
 }
 
 void bind_metrics(py::module_& m) {
@@ -188,7 +196,13 @@ void bind_inputs(py::module_& m) {
       .field("only", &show::WatchInput::only, "report, and correct nothing")
       .field("marks", &show::WatchInput::marks, "small marks are drawn where the content has no texture")
       .field("save", &show::WatchInput::save,
-             "file for the rig as corrected, written after each correction; empty: none");
+             "file for the rig as corrected, written after each correction; empty: none")
+      .field("pose_m", &show::WatchInput::pose_m,
+             "standard deviation of the localiser's error, metres; 0: its poses are not corrected")
+      .field("pose_rad", &show::WatchInput::pose_rad, "the same about the world's z axis, radians")
+      .field("pose_time_s", &show::WatchInput::pose_time_s, "time for which such an error lasts, seconds")
+      .field("markers", &show::WatchInput::markers,
+             "with pose_m: marker map file of known markers in the world; empty: none");
 
   Record<show::TrackInput> track_input(
       m, "TrackInput",

@@ -35,7 +35,13 @@ json to_json(const WatchStatus& watch) {
           {"probability", finite(watch.probability)},
           {"textured", watch.textured},
           {"measured", watch.measured},
-          {"history_mm", std::move(history)}};
+          {"history_mm", std::move(history)},
+          {"corrects_pose", watch.corrects_pose},
+          {"pose_off_mm", finite(watch.pose_off_mm)},
+          {"pose_off_deg", finite(watch.pose_off_deg)},
+          {"pose_sigma_mm", finite(watch.pose_sigma_mm)},
+          {"pose_images", watch.pose_images},
+          {"pose_refused", watch.pose_refused}};
 }
 
 json to_json(const MovingMetrics& moving) {

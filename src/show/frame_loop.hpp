@@ -33,6 +33,8 @@ class FrameLoop {
   void poll_inputs();
   void take_poses();
   void take_poses(track::PoseSource& source);
+  /// As it is logged and drawn with: of a localiser that is corrected, what the correction makes of it.
+  void take_pose(const track::StampedPose& message);
   /// Of the surfaces that move on their own.
   void take_sightings();
   void draw(double now, double free_since);
@@ -94,6 +96,8 @@ class FrameLoop {
   /// The shape that the depth camera sees, as it will be at the frame's light.
   void move_shape(double light_time);
   void take_watch();
+  /// What its images tell of the rig's place.
+  void correct_pose(const std::vector<track::PoseSight>& sights);
   /// A corrected projector comes to its place slowly, so that the light does not jump.
   void move_projector(double now);
   /// Surfaces that were found elsewhere. What was edited meanwhile stays; the end is a step that can be undone.
@@ -150,6 +154,7 @@ class FrameLoop {
   bool sees_ = false;                                    ///< the camera of the moving surfaces is there
   double moving_told_ = 0;
   DrawnFrame drawn_;
+  std::optional<track::PoseCorrection> pose_correction_;
   std::optional<watch::Glide> glide_;  ///< of the projector, to its corrected place
   SurfaceGlides surface_glides_;
   LightCheck light_;

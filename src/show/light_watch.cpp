@@ -11,10 +11,12 @@
 #include <utility>
 
 #include "procam/core/geometry/se3.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/rig_file.hpp"
 #include "rejected_counts.hpp"
+#include "rig_sights.hpp"
 
 namespace procam::show {
 namespace {
@@ -40,6 +42,15 @@ bool are_in_place(const std::vector<watch::WatchedSurface>& a, const std::vector
   });
 }
 
+bool is_in_world(const SolvedSurfaceSet& solved, const std::string& name) {
+  for (const SolvedSurface& surface : solved.surfaces)
+    if (surface.surface.name == name) {
+      const InRoom* place = place_of(surface.surface.geometry);
+      return place != nullptr && place->frame == "world";
+    }
+  return false;
+}
+
 /// The name of one in the projector's frame; empty: there is none.
 std::string surface_of_projector(const SolvedSurfaceSet& solved) {
   for (const SolvedSurface& surface : solved.surfaces) {
@@ -58,6 +69,12 @@ bool are_equal(const ImageU8& a, const ImageU8& b) {
 }  // namespace
 
 struct LightWatch::State {
+  /// What the frames of a check were drawn for.
+  struct Lit {
+    std::vector<watch::WatchedSurface> surfaces;
+    Pose world_from_rig;
+  };
+
   LightWatchOptions options;
   Open open;
   std::unique_ptr<device::FrameSource> camera;
@@ -71,6 +88,8 @@ struct LightWatch::State {
   std::condition_variable changed;
   std::vector<HeldFrame> frames;
   std::vector<watch::WatchedSurface> surfaces;
+  Pose world_from_rig;  ///< for which the first of the frames was drawn
+  track::PoseCorrectionStatus pose;
   std::string
       fixed_to_projector;    ///< a surface in the projector's frame, which a corrected pose does not move
   std::optional<bool> wish;  ///< to correct, or to undo
@@ -79,6 +98,7 @@ struct LightWatch::State {
   RejectedCounts rejected;
   std::thread thread;
   // Of the thread.
+  MarkerCells cells;
   std::string said_of_correction;
   double corrected_by = 0;  ///< metres, in all
   double last_image = device::now_s();
@@ -86,6 +106,7 @@ struct LightWatch::State {
   State(Open opening, const LightWatchOptions& given)
       : options(given), open(std::move(opening)), watcher(given.camera, given.projector, given.watch) {
     status.corrects = given.corrects;
+    if (!given.markers.markers.empty()) cells = detect::marker_cells(given.markers.dictionary);
   }
 
   void run() {
@@ -124,19 +145,19 @@ struct LightWatch::State {
     if (!sentence.empty()) news->sentences.push_back(sentence);
   }
 
-  std::vector<HeldFrame> next_frames(std::vector<watch::WatchedSurface>& lit) {
+  std::vector<HeldFrame> next_frames(Lit& lit) {
     std::unique_lock<std::mutex> lock(mutex);
     frames.clear();
     wants_frames = true;
     changed.wait_for(lock, std::chrono::duration<double>(kPatience),
                      [&] { return frames.size() >= kFramesOfCheck || ends; });
     wants_frames = false;
-    lit = surfaces;
+    lit = {surfaces, world_from_rig};
     return std::move(frames);
   }
 
   void check() {
-    std::vector<watch::WatchedSurface> lit;
+    Lit lit;
     const std::vector<HeldFrame> shown = next_frames(lit);
     if (shown.size() < 2) return;
     const double first = shown.front().light_time + options.camera_delay,
@@ -160,8 +181,7 @@ struct LightWatch::State {
     tell("watch: " + status.sentence);
   }
 
-  void compare(const std::vector<HeldFrame>& shown, const std::vector<watch::WatchedSurface>& lit,
-               const device::SeenFrame& seen) {
+  void compare(const std::vector<HeldFrame>& shown, const Lit& lit, const device::SeenFrame& seen) {
     if (seen.image.size() != options.camera.camera.size)
       throw Error(ErrorKind::kInput, "camera", "its frames are not of the size it was calibrated with",
                   "set its mode to that of the rig file");
@@ -171,14 +191,33 @@ struct LightWatch::State {
     const double interval = shown[k + 1].light_time - shown[k].light_time;
     const double share = interval > 0 ? std::clamp((exposed - shown[k].light_time) / interval, 0.0, 1.0) : 0;
     take_wish();
-    if (!are_in_place(placed, lit)) watcher.place(placed = lit);
+    if (!are_in_place(placed, lit.surfaces)) watcher.place(placed = lit.surfaces);
     // Frames of equal pixels are compared as one that stands still.
     const ImageU8 &frame = *shown[k].frame, &next = *shown[k + 1].frame;
     const bool still = are_equal(frame, next);
     watch::ShownLight light{frame, still ? frame : next, share, interval};
     const watch::WatchReport found = watcher.add(exposed, light, seen.image);
     report(found);
-    correct(found);
+    if (options.watch.locates_rig)
+      locate(found, lit.world_from_rig, seen.image);
+    else
+      correct(found);
+  }
+
+  /// Where the rig was at the exposure, by the light and by markers.
+  void locate(const watch::WatchReport& found, const Pose& drawn_for, const ImageU8& image) {
+    if (!status.corrects) return;
+    std::vector<track::PoseSight> sights;
+    if (found.rig && found.rig->cells > 0)
+      sights.push_back({found.time, drawn_for, found.rig->information, found.rig->score});
+    if (!options.markers.markers.empty())
+      if (auto seen = sight_of_markers(image, found.time, options.camera, options.markers, cells, drawn_for))
+        sights.push_back(*seen);
+    if (sights.empty()) return;
+    const std::lock_guard<std::mutex> lock(mutex);
+    status.is_corrected = true;
+    tell("");
+    news->sights.insert(news->sights.end(), sights.begin(), sights.end());
   }
 
   void take_wish() {
@@ -260,13 +299,29 @@ struct LightWatch::State {
     tell(is_new ? "watch: " + seen.sentence : "");
   }
 
+  /// The error of the localiser that the last image gave.
+  void write_pose() {
+    track::PoseCorrectionStatus last;
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      last = pose;
+    }
+    char line[160];
+    std::snprintf(line, sizeof line, ",%.1f,%.1f,%.3f,%.1f,%.1f,%.3f,%.1f,%llu", 1e3 * last.error[3],
+                  1e3 * last.error[4], last.error[2] / kDegree, 1e3 * last.sigma[3], 1e3 * last.sigma[4],
+                  last.sigma[2] / kDegree, last.chi2, (unsigned long long)last.refused);
+    log << line;
+  }
+
   void write_line(const watch::WatchReport& seen) {
     if (!log.is_open()) return;
     char line[256];
-    std::snprintf(line, sizeof line, "%.3f,%s,%d,%d,%d,%.3f,%.3f,%.4g,%.2f,%.2f\n", seen.time,
+    std::snprintf(line, sizeof line, "%.3f,%s,%d,%d,%d,%.3f,%.3f,%.4g,%.2f,%.2f", seen.time,
                   to_string(seen.state), int(seen.is_alarm), seen.textured, seen.measured, 1e3 * seen.error,
                   1e3 * seen.error_sigma, seen.probability, seen.median_shift.x(), seen.median_shift.y());
-    log << line << std::flush;
+    log << line;
+    if (options.watch.locates_rig) write_pose();
+    log << "\n" << std::flush;
     if (log) return;
     log.close();
     const std::lock_guard<std::mutex> lock(mutex);
@@ -282,7 +337,11 @@ LightWatch::LightWatch(Open open, const LightWatchOptions& options)
   s.description = s.camera->description();
   if (!options.log.empty()) {
     s.log.open(options.log);
-    s.log << "time_s,state,alarm,textured,measured,error_mm,sigma_mm,probability,shift_x_px,shift_y_px\n"
+    s.log << "time_s,state,alarm,textured,measured,error_mm,sigma_mm,probability,shift_x_px,shift_y_px"
+          << (options.watch.locates_rig ? ",pose_x_mm,pose_y_mm,pose_yaw_deg,pose_x_sigma_mm,pose_y_sigma_mm,"
+                                          "pose_yaw_sigma_deg,pose_chi2,pose_refused"
+                                        : "")
+          << "\n"
           << std::flush;
     if (!s.log)
       throw Error(ErrorKind::kIo, options.log, "it cannot be written",
@@ -320,6 +379,13 @@ void LightWatch::shown(const std::shared_ptr<const ImageU8>& frame, double light
       RigProjector drawn_for = s.options.projector;
       drawn_for.rig_from_projector = rig_from_projector;
       s.surfaces = watch::watched_surfaces(solved, drawn_for);
+      if (s.options.watch.locates_rig) {
+        s.surfaces.erase(std::remove_if(s.surfaces.begin(), s.surfaces.end(),
+                                        [&](const auto& one) { return !is_in_world(solved, one.name); }),
+                         s.surfaces.end());
+        s.world_from_rig =
+            (rig_from_projector * solved.projector_from_world.value_or(Pose())).inverse().normalized();
+      }
       s.fixed_to_projector = surface_of_projector(solved);
     }
     s.frames.push_back({frame, light_time});
@@ -327,6 +393,11 @@ void LightWatch::shown(const std::shared_ptr<const ImageU8>& frame, double light
     s.wants_frames = false;
   }
   s.changed.notify_all();
+}
+
+void LightWatch::tell(const track::PoseCorrectionStatus& pose) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->pose = pose;
 }
 
 std::string LightWatch::description() const {

@@ -8,6 +8,8 @@
 /// A check takes the camera image that saw one of a few frames in a row: exposed at its arrival less `camera_delay`. Between
 /// two frames the light is taken as mixed. The loop only hands over pointers; nothing waits for the camera, and images that
 /// arrive while one is compared are passed over. A camera that is gone is opened again every second.
+///
+/// With WatchOptions::locates_rig each image tells where the rig is among the surfaces in the world (News::sights).
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,10 +17,12 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/board/marker.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/surface/surface.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/show/metrics.hpp"
+#include "procam/track/pose_correction.hpp"
 #include "procam/watch/correction.hpp"
 #include "procam/watch/watch.hpp"
 
@@ -35,6 +39,8 @@ struct LightWatchOptions {
   watch::CorrectionOptions correction;
   Rig rig;           ///< for `save`
   std::string save;  ///< file for the rig with the corrected projector; empty: none
+  /// With watch.locates_rig: markers of the world that the same images are searched for; may be empty.
+  MarkerMap markers;
 };
 
 class LightWatch {
@@ -68,10 +74,13 @@ class LightWatch {
   };
   struct News {
     WatchStatus status;
-    std::optional<Target> target;        ///< where the projector stands, from now on
-    std::vector<MovedSurface> surfaces;  ///< in the order in which they moved
-    std::vector<std::string> sentences;  ///< changes of the state, faults
+    std::optional<Target> target;          ///< where the projector stands, from now on
+    std::vector<MovedSurface> surfaces;    ///< in the order in which they moved
+    std::vector<std::string> sentences;    ///< changes of the state, faults
+    std::vector<track::PoseSight> sights;  ///< of the rig; only while it corrects
   };
+  /// What became of the sights, for the log.
+  void tell(const track::PoseCorrectionStatus& pose);
   /// What is new since the last call, if anything; never waits.
   std::optional<News> take();
   /// Messages of its camera that were dropped, by cause.

@@ -30,6 +30,7 @@ FrameLoop::FrameLoop(const LoopParts& parts, const LoopOptions& options) : parts
     frames_.push_back(std::make_shared<ImageU8>(parts.projection.frame_size(), 3));
   record(parts_.projection.show().surfaces);
   record(parts_.projection.picture());
+  if (options_.pose_correction) pose_correction_.emplace(*options_.pose_correction);
   begin_blend();
 }
 
@@ -115,13 +116,20 @@ void FrameLoop::take_poses() {
 void FrameLoop::take_poses(track::PoseSource& source) {
   source.poll(arrived_);
   for (const track::StampedPose& message : arrived_) {
-    record(message);
-    parts_.projection.add(message);
-    if (parts_.sides != nullptr) parts_.sides->add(message);
-    if (parts_.room != nullptr) parts_.room->add(message);
+    if (!pose_correction_)
+      take_pose(message);
+    else if (const auto corrected = pose_correction_->add(message))
+      take_pose(*corrected);
     newest_arrival_ = std::max(newest_arrival_, message.arrival);
     ++metrics_.poses;
   }
+}
+
+void FrameLoop::take_pose(const track::StampedPose& message) {
+  record(message);
+  parts_.projection.add(message);
+  if (parts_.sides != nullptr) parts_.sides->add(message);
+  if (parts_.room != nullptr) parts_.room->add(message);
 }
 
 void FrameLoop::take_sightings() {

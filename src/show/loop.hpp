@@ -5,6 +5,7 @@
 /// way from there to the wall (drawing, the window, the projector): session/delay.hpp measures it.
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "procam/device/frame_sink.hpp"
 #include "procam/show/metrics.hpp"
 #include "procam/show/projection.hpp"
+#include "procam/track/pose_correction.hpp"
 #include "procam/track/pose_source.hpp"
 #include "room_watch.hpp"
 #include "run_log.hpp"
@@ -32,6 +34,8 @@ struct LoopOptions {
   double delay_s = 0;     ///< from a frame's begin to its light
   double duration_s = 0;  ///< ends after it; 0: when the sink or `tick` ends it
   bool autosave = false;  ///< edits are saved within a second, as the command "save" does
+  /// The localiser's poses are corrected by what the watch sees.
+  std::optional<track::PoseCorrectionOptions> pose_correction;
 };
 
 /// What the loop works with; pointers may be null.

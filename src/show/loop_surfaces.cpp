@@ -1,5 +1,6 @@
 /// The surfaces of a running show and their contents: loaded, edited, detected by a depth camera, and corrected.
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "frame_loop.hpp"
@@ -155,6 +156,7 @@ void FrameLoop::take_watch() {
   for (const std::string& sentence : news->sentences) say(sentence);
   if (news->status.faults > 0) metrics_.faults["watch"] = news->status.faults;
   metrics_.watch = news->status;
+  if (pose_correction_) correct_pose(news->sights);
   if (news->target)
     glide_.emplace(parts_.projection.rig_from_projector(), news->target->rig_from_projector,
                    news->target->error, device::now_s());
@@ -166,6 +168,20 @@ void FrameLoop::take_watch() {
         {projection.rig_from_projector(), projection.rig_from_projector() * projector_from_world},
         device::now_s());
   }
+}
+
+void FrameLoop::correct_pose(const std::vector<track::PoseSight>& sights) {
+  for (const track::PoseSight& sight : sights)
+    if (const auto corrected = pose_correction_->add(sight)) take_pose(*corrected);
+  const track::PoseCorrectionStatus found = pose_correction_->status();
+  if (!sights.empty()) parts_.watch->tell(found);
+  WatchStatus& status = *metrics_.watch;
+  status.corrects_pose = true;
+  status.pose_off_mm = 1e3 * found.error.segment<2>(3).norm();
+  status.pose_off_deg = std::abs(found.error[2]) / kDegree;
+  status.pose_sigma_mm = 1e3 * found.sigma.segment<2>(3).maxCoeff();
+  status.pose_images = found.taken;
+  status.pose_refused = found.refused;
 }
 
 void FrameLoop::move_projector(double now) {

@@ -53,6 +53,14 @@ void write(std::string& text, const WatchStatus& watch) {
   add("alarm", "gauge", "1 while the light is off.", watch.is_alarm ? 1 : 0);
   add("error_metres", "gauge", "Error of the light on the surfaces, RMS.", 1e-3 * watch.error_mm);
   add("error_sigma_metres", "gauge", "Its standard deviation.", 1e-3 * watch.error_sigma_mm);
+  if (watch.corrects_pose) {
+    add("pose_off_metres", "gauge", "Error of the localiser's pose along the floor.",
+        1e-3 * watch.pose_off_mm);
+    add("pose_sigma_metres", "gauge", "Standard deviation of the corrected pose.",
+        1e-3 * watch.pose_sigma_mm);
+    add("pose_images_total", "counter", "Images that corrected the pose.", double(watch.pose_images));
+    add("pose_refused_total", "counter", "Images that contradict the pose.", double(watch.pose_refused));
+  }
   text +=
       "# HELP procam_watch_state What the camera sees.\n# TYPE procam_watch_state gauge\nprocam_watch_state{state=\"" +
       watch.state + "\"} 1\n";

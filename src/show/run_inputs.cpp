@@ -134,6 +134,12 @@ std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& r
   watching.correction.surfaces = stands;
   watching.rig = rig;
   watching.save = input.save;
+  if (input.pose_m > 0) {
+    constexpr double kPosePeriod = 0.1;  // seconds; a robot moves on
+    watching.watch.locates_rig = true;
+    watching.period = kPosePeriod;
+    if (!input.markers.empty()) watching.markers = io::load_marker_map(input.markers);
+  }
   watching.watch.movement.projector_covariance =
       watch::projector_covariance(rig, watching.projector.name, watching.camera.name);
   if (!options.record.empty())

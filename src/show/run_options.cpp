@@ -197,6 +197,17 @@ ProjectionOptions projection_options(const ShowOptions& options, const Rig& rig)
   return projection;
 }
 
+track::PoseCorrectionOptions pose_correction(const ShowOptions& options,
+                                             const ProjectionOptions& projection) {
+  track::PoseCorrectionOptions correction;
+  correction.track = projection.track;
+  correction.child_from_rig = projection.child_from_rig;
+  correction.position_sigma = options.watch->pose_m;
+  correction.rotation_sigma = options.watch->pose_rad;
+  correction.correlation = options.watch->pose_time_s;
+  return correction;
+}
+
 std::string conditions_text(const ShowOptions& options, const ProjectionOptions& projection, const Rig& rig) {
   char text[512];
   std::snprintf(text, sizeof text,
@@ -301,6 +312,14 @@ void check_combination(const ShowOptions& options) {
   if (options.watch && options.watch->only && !options.watch->save.empty())
     refuse("watch", "nothing is corrected that could be saved", "leave out --watch-only or --watch-save");
   if (options.watch && !options.watch->save.empty()) io::require_writable(options.watch->save);
+  if (options.watch && options.watch->pose_m > 0 && options.poses.empty())
+    refuse("watch pose", "no localiser is named whose poses could be corrected",
+           "give --pose-source, or leave out --watch-pose");
+  if (options.watch && options.watch->pose_m > 0 && !options.watch->save.empty())
+    refuse("watch pose", "the robot's pose is corrected then, and not the rig", "leave out --watch-save");
+  if (options.watch && options.watch->pose_m <= 0 && !options.watch->markers.empty())
+    refuse("watch markers", "they correct the poses of a localiser, and none is to be corrected",
+           "add --watch-pose 20mm,1deg, or leave out --watch-markers");
   if (options.depth.silhouettes && !is_depth_source(options.surfaces))
     refuse("silhouettes", "no depth camera sees the room", "give surfaces depth:SOURCE");
   if (is_shape_source(options.surfaces) && !options.record.empty())

@@ -10,6 +10,7 @@
 #include "procam/core/surface/surface.hpp"
 #include "procam/show/projection.hpp"
 #include "procam/show/run.hpp"
+#include "procam/track/pose_correction.hpp"
 
 namespace procam::show {
 
@@ -27,6 +28,8 @@ bool rig_is_world(const ShowOptions& options);
 
 /// How the frames are drawn, and from which poses.
 ProjectionOptions projection_options(const ShowOptions& options, const Rig& rig);
+/// Of a show whose camera corrects the localiser's poses.
+track::PoseCorrectionOptions pose_correction(const ShowOptions& options, const ProjectionOptions& projection);
 
 /// What frames depend on besides what a log holds.
 std::string conditions_text(const ShowOptions& options, const ProjectionOptions& projection, const Rig& rig);

@@ -63,6 +63,15 @@ static void fields(io::Fields& f, WatchInput& watch) {
   field_or(f, "only", watch.only, false);
   field_or(f, "marks", watch.marks, false);
   field_or(f, "save", watch.save, std::string());
+  const WatchInput usual;
+  field_or(f, "pose_m", watch.pose_m, usual.pose_m);
+  field_or(f, "pose_rad", watch.pose_rad, usual.pose_rad);
+  field_or(f, "pose_time_s", watch.pose_time_s, usual.pose_time_s);
+  field_or(f, "markers", watch.markers, std::string());
+  f.check(watch.pose_m >= 0 && watch.pose_m <= 1 && watch.pose_rad > 0 && watch.pose_rad <= 0.5, "pose_m",
+          "no localiser is off by that", "give metres and radians, e.g. 0.02 and 0.0175");
+  f.check(watch.pose_time_s > 0 && watch.pose_time_s <= 3600, "pose_time_s",
+          "an error of a localiser does not last so long", "give seconds, e.g. 3");
   f.check(watch.delay_s >= 0 && watch.delay_s <= limits::kDelayS, "delay_s", "no camera is that late",
           "give seconds, e.g. 0.05");
 }
@@ -201,6 +210,7 @@ static void for_each_file(ShowOptions& o, const Change& change) {
       item.second = device::with_content_file(item.second, change(*file));
   for (std::string* file : {&o.pose, &o.mount, &o.record}) apply(*file);
   if (o.marker) apply(o.marker->markers);
+  if (o.watch) apply(o.watch->markers);
   if (o.people) apply(o.people->sensor);
   if (o.track)
     for (auto& item : o.track->surfaces)

@@ -59,6 +59,8 @@ ShowRun::ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options,
     graph_ = std::make_unique<Ros2Output>(options_, rig, projection.child_from_rig, world_from_rig);
   }
   moving_ = projection.moving;
+  if (options_.watch && options_.watch->pose_m > 0)
+    loop_.pose_correction = pose_correction(options_, projection);
   projection_ = std::make_unique<Projection>(rig, projection);
   load_surfaces();
   if (auto plan = plan_blend(options_, rig, projection, first_)) open_blend(std::move(*plan));

@@ -167,9 +167,14 @@ struct Test {
   int degrees_of_freedom = 0;
 };
 
-/// The score test of all blocks together.
-Test test_movement(const Problem& problem, const std::vector<Block>& blocks,
-                   const std::vector<double>& weights) {
+/// The normal equations of the blocks' movements, without a prior of theirs, after the known uncertainties.
+struct Reduced {
+  MatX information;
+  VecX score;
+};
+
+Reduced reduced(const Problem& problem, const std::vector<Block>& blocks,
+                const std::vector<double>& weights) {
   const Eigen::Index size = 6 * Eigen::Index(blocks.size()), first = problem.known_size();
   const Whitened system(problem, blocks);
   const MatX weighted = system.by_row(weights).asDiagonal() * system.columns;
@@ -178,11 +183,18 @@ Test test_movement(const Problem& problem, const std::vector<Block>& blocks,
   const VecX right = weighted.transpose() * system.values;
   const Eigen::LLT<MatX> known(MatX(normal.topLeftCorner(first, first)));
   const MatX cross = normal.topRightCorner(first, size);
-  const MatX moved = normal.bottomRightCorner(size, size) - cross.transpose() * MatX(known.solve(cross));
-  const VecX score = right.tail(size) - cross.transpose() * VecX(known.solve(VecX(right.head(first))));
-  const Eigen::SelfAdjointEigenSolver<MatX> eigen(moved);
+  return {normal.bottomRightCorner(size, size) - cross.transpose() * MatX(known.solve(cross)),
+          right.tail(size) - cross.transpose() * VecX(known.solve(VecX(right.head(first))))};
+}
+
+/// The score test of all blocks together.
+Test test_movement(const Problem& problem, const std::vector<Block>& blocks,
+                   const std::vector<double>& weights) {
+  const Reduced moved = reduced(problem, blocks, weights);
+  const VecX& score = moved.score;
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(moved.information);
   Test test;
-  for (Eigen::Index k = 0; k < size; ++k) {
+  for (Eigen::Index k = 0; k < score.size(); ++k) {
     const double information = eigen.eigenvalues()[k];
     if (!(information > 1 / (kDetermined * kDetermined))) continue;
     const double along = eigen.eigenvectors().col(k).dot(score);
@@ -355,6 +367,26 @@ MovementEstimate estimate_movement(const LightGeometry& geometry, const std::str
       estimate.explanations.begin(), estimate.explanations.end(),
       [](const Explanation& a, const Explanation& b) { return a.log_evidence > b.log_evidence; });
   return estimate;
+}
+
+RigInformation rig_information(const LightGeometry& geometry, const std::vector<CellShift>& shifts,
+                               const MovementOptions& options) {
+  RigInformation result;
+  Setup setup = setup_of(geometry, shifts, options);
+  Problem& problem = setup.problem;
+  if (problem.shifts.size() < kMinCells) return result;
+  const Block bump =
+      moved_by(MovedThing::kRig, -1, Vec3::Zero(), options.bump_rotation, options.bump_translation);
+  std::vector<double> weights(problem.shifts.size(), 1);
+  const double scatter = find_agreeing(problem, {bump}, options.rejection, weights);
+  for (Shift& shift : problem.shifts) shift.covariance *= scatter;
+  for (const double weight : weights) result.cells += weight > 0 ? 1 : 0;
+  Block unit = bump;
+  unit.root.setIdentity();
+  const Reduced moved = reduced(problem, {unit}, weights);
+  result.information = 0.5 * (moved.information + moved.information.transpose());
+  result.score = moved.score;
+  return result;
 }
 
 std::vector<double> agreeing_cells(const LightGeometry& geometry, const std::vector<CellShift>& shifts,

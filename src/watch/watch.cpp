@@ -212,10 +212,16 @@ WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
     report.median_shift = geometry_.average * middle;
     start_ = middle;
     used_time_ = time;
-    add_to_window(compared);
+    if (options_.locates_rig) {
+      report.rig = rig_information(geometry_, compared.cells, options_.movement);
+      report.state = WatchState::kOk;
+    } else {
+      add_to_window(compared);
+    }
   }
   // A slow camera or computer lengthens the window.
-  if (time - window_begin_ >= options_.window && window_images_ >= kMinImages) end_window(time);
+  if (!options_.locates_rig && time - window_begin_ >= options_.window && window_images_ >= kMinImages)
+    end_window(time);
   report.is_alarm = is_alarm_;
   report.is_drift = is_alarm_ && !has_jumped_;
   report.window_time = window_time_;
@@ -250,7 +256,8 @@ void Watch::describe(WatchReport& report) const {
       report.sentence = "the first images are measured";
       break;
     case WatchState::kOk:
-      report.sentence = "the light is where it should be: " + error;
+      report.sentence = options_.locates_rig ? "the light shows where the rig is"
+                                             : "the light is where it should be: " + error;
       break;
     case WatchState::kSuspected:
       report.sentence = "the light may be off by " + error + ": " + causes + " (the next images decide)";

@@ -319,6 +319,50 @@ TEST(LightWatch, AShowFollowsASheetThatWasMoved) {
   EXPECT_GT(replayed.frames, 40u);
 }
 
+/// A rig whose pose is wrong: the images tell by how much, along the ray to the wall; the log has what became of it.
+TEST(LightWatch, ImagesTellWhereTheRigIs) {
+  test::Scratch folder;
+  Stage stage;
+  const Vec3 away(0, 0, 0.015);
+  for (Vec6& wall : stage.world.walls_moved) wall.tail<3>() = away;
+  LightWatchOptions options = quick(stage, (folder / "watch.csv").string());
+  options.watch.locates_rig = true;
+  options.corrects = true;
+  std::vector<track::PoseSight> sights;
+  {
+    LightWatch watch([&] { return std::make_unique<StageCamera>(stage); }, options);
+    SolvedSurfaceSet solved = stage.solved();
+    solved.projector_from_world = stage.world.rig().projector().rig_from_projector.inverse();
+    for (SolvedSurface& surface : solved.surfaces)
+      std::get<PlanarSurface>(surface.surface.geometry).frame = "world";
+    const auto frame = std::make_shared<const ImageU8>(stage.frame);
+    track::PoseCorrectionStatus became;
+    became.error[3] = 0.0125;
+    for (const double begin = device::now_s(); sights.size() < 3 && device::now_s() < begin + 60;) {
+      watch.shown(frame, device::now_s(), solved, stage.world.rig().projector().rig_from_projector);
+      std::this_thread::sleep_for(std::chrono::milliseconds(16));
+      if (const auto news = watch.take())
+        sights.insert(sights.end(), news->sights.begin(), news->sights.end());
+      if (!sights.empty()) watch.tell(became);
+    }
+  }
+  ASSERT_GE(sights.size(), 3u);
+  EXPECT_TRUE(sights[0].world_from_rig.matrix().isIdentity(1e-9));
+  Mat6 information = sights[0].information;
+  information.diagonal() +=
+      Vec6::Constant(1e-4 * information(5, 5));  // what no light shows stays where it is
+  const Vec6 moved = information.llt().solve(sights[0].score);
+  const Vec3 centre(0, 0, 2.15);
+  EXPECT_NEAR((moved.head<3>().cross(centre) + moved.tail<3>()).z(), 0.015, 0.003);
+  std::ifstream log(folder / "watch.csv");
+  std::string header, line, last;
+  std::getline(log, header);
+  while (std::getline(log, line)) last = line;
+  EXPECT_NE(header.find(",pose_x_mm,pose_y_mm,pose_yaw_deg"), std::string::npos) << header;
+  EXPECT_EQ(std::count(last.begin(), last.end(), ','), std::count(header.begin(), header.end(), ','));
+  EXPECT_NE(last.find(",12.5,"), std::string::npos) << last;
+}
+
 TEST(LightWatch, ACameraWithoutImagesIsReported) {
   class Silent : public device::FrameSource {
     std::optional<device::SeenFrame> next(double, double timeout) override {
@@ -365,6 +409,9 @@ TEST(LightWatch, StatusAndMetricsShowIt) {
   status.error_mm = 7.375;
   status.error_sigma_mm = 0.125;
   status.history_mm = {0.0625, NAN};
+  status.corrects_pose = true;
+  status.pose_off_mm = 21.5;
+  status.pose_refused = 4;
   page.watch = status;
   const nlohmann::json watch = nlohmann::json::parse(to_json_text(page)).at("watch");
   EXPECT_EQ(watch.at("state"), "moved");
@@ -373,6 +420,7 @@ TEST(LightWatch, StatusAndMetricsShowIt) {
   EXPECT_EQ(watch.at("corrects"), true);
   EXPECT_EQ(watch.at("corrected"), false);
   EXPECT_EQ(watch.at("error_mm"), 7.375);
+  EXPECT_EQ(watch.at("pose_off_mm"), 21.5);
   EXPECT_EQ(watch.at("history_mm"), nlohmann::json::parse("[0.0625, null]"));
   Metrics metrics;
   EXPECT_EQ(to_prometheus(metrics, {}).find("procam_watch"), std::string::npos);
@@ -382,6 +430,7 @@ TEST(LightWatch, StatusAndMetricsShowIt) {
        {"procam_watch_checks_total 31\n", "procam_watch_alarms_total 2\n",
         "procam_watch_corrections_total 3\n", "procam_watch_alarm 1\n",
         "procam_watch_error_metres 0.007375\n", "procam_watch_error_sigma_metres 0.000125\n",
+        "procam_watch_pose_off_metres 0.0215\n", "procam_watch_pose_refused_total 4\n",
         "procam_watch_state{state=\"moved\"} 1\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line;
 }

@@ -49,6 +49,10 @@ ShowOptions everything() {
   o.watch->only = true;
   o.watch->marks = true;
   o.watch->save = "corrected.json";
+  o.watch->pose_m = 0.03;
+  o.watch->pose_rad = 0.01;
+  o.watch->pose_time_s = 5;
+  o.watch->markers = "wall_markers.json";
   o.track = TrackInput{};
   o.track->camera = "camera:2";
   o.track->name = "right";

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <random>
 
 #include "watched_world.hpp"
@@ -280,6 +281,48 @@ TEST(Movement, TheRigsCovarianceIsThatOfProjectorAgainstCamera) {
   difference << MatX::Identity(6, 6), -MatX::Identity(6, 6);
   const Mat6 expected = difference * rig.covariance.matrix * difference.transpose();
   EXPECT_NEAR((projector_covariance(rig, "projector", "camera") - expected).norm(), 0, 1e-15);
+}
+
+/// Rank of what the light shows, relative to a movement of 1 mm and half a milliradian.
+int directions_of(const Mat6& information) {
+  Vec6 scale;
+  scale << Vec3::Constant(5e-4), Vec3::Constant(1e-3);
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(
+      Mat6(scale.asDiagonal() * information * scale.asDiagonal()));
+  int count = 0;
+  for (int k = 0; k < 6; ++k) count += eigen.eigenvalues()[k] > 1e-3 * eigen.eigenvalues()[5] ? 1 : 0;
+  return count;
+}
+
+TEST(RigInformation, OnePlaneShowsThreeDirectionsAndTwoPlanesFive) {
+  std::mt19937 random(4);
+  const LightGeometry wall = geometry_of(one_wall()), two = geometry_of(corner());
+  const RigInformation of_wall =
+      rig_information(wall, shifts_of(wall, one_wall(), Vec6::Zero(), kStill, random), exact());
+  const RigInformation of_corner =
+      rig_information(two, shifts_of(two, corner(), Vec6::Zero(), kStill, random), exact());
+  EXPECT_EQ(directions_of(of_wall.information), 3);
+  EXPECT_EQ(directions_of(of_corner.information), 5);
+  EXPECT_GT(of_wall.cells, 100);
+  EXPECT_EQ(rig_information(wall, {}, exact()).cells, 0);
+}
+
+/// The score is that of the movement which the shifts were made with, in units of what the light shows.
+TEST(RigInformation, ItsScoreIsThatOfTheTrueMovement) {
+  std::mt19937 random(9);
+  Vec6 moved;
+  moved << 0.004, -0.012, 0.003, 0.011, -0.006, 0.017;
+  const LightGeometry geometry = geometry_of(corner());
+  const RigInformation found =
+      rig_information(geometry, shifts_of(geometry, corner(), Vec6::Zero(), {moved, moved}, random), exact());
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(found.information);
+  for (int k = 1; k < 6; ++k) {
+    const Vec6 axis = eigen.eigenvectors().col(k);
+    const double value = axis.dot(found.score) / eigen.eigenvalues()[k],
+                 sigma = 1 / std::sqrt(eigen.eigenvalues()[k]);
+    // 4 sigma, and 3 % for what is not linear.
+    EXPECT_NEAR(value, axis.dot(moved), 4 * sigma + 0.03 * moved.norm()) << k;
+  }
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ constexpr ValueType kValueTypes[] = {
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
      " align-maps:map arm base blend check depth draws image into intrinsics known-camera markers mount observations output pan-tilt points pose prior "
-     "preview record replay report rig save-board save-depth save-draws save-markers save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update virtual watch-save weights "
+     "preview record replay report rig save-board save-depth save-draws save-markers save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update virtual watch-markers watch-save weights "
      "write-moved write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
@@ -45,7 +45,7 @@ constexpr ValueType kValueTypes[] = {
     {"ANGLE", " bump max-turn pitch roll yaw "},
     {"TIME",
      " blank-on-stale camera-delay clock-offset delay delay-sigma depth-delay duration freeze-on-stale interval "
-     "jitter latency sensor-delay source-delay time-offset track-delay track-readout watch-delay "},
+     "jitter latency sensor-delay source-delay time-offset track-delay track-readout watch-delay watch-pose-time "},
     {"WxH", " camera-size grid projector-size resolution size target "},
     {"BOARD", " board mirror-board "},
     {"MARKER", " marker "},
@@ -57,7 +57,8 @@ constexpr ValueType kValueTypes[] = {
     {"PROJECTOR=DISPLAY", " screen "},
     {"PROJECTOR=NUMBER", " black brightness "},
     {"X,Y,Z", " forward gravity target-at up viewer "},
-    {"LENGTH,ANGLE", " map-sigma marker-sigma noise pose-sigma prior-sigma sigma-bump surface-sigma "},
+    {"LENGTH,ANGLE",
+     " map-sigma marker-sigma noise pose-sigma prior-sigma sigma-bump surface-sigma watch-pose "},
     {"SPEED", " speed speed-sigma "},
     {"ADDRESS", " control people people-to pose-source publish to "},
     {"CAMERA", " camera marker-camera track-camera "},

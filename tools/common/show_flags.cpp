@@ -133,6 +133,29 @@ void declare_people(CLI::App& app, show::ShowOptions& o) {
       ->needs(people);
 }
 
+void declare_watched_pose(CLI::App& app, const std::function<show::WatchInput&()>& watch,
+                          CLI::Option* camera) {
+  CLI::Option* pose = add_parsed(
+      app, "--watch-pose",
+      [watch](const std::string& text) {
+        const io::LengthAndAngle sigma = io::parse_length_and_angle(text);
+        watch().pose_m = sigma.length;
+        watch().pose_rad = sigma.angle;
+      },
+      "Correct the localiser's poses by what it sees on surfaces in the world: standard deviation of their error, "
+      "e.g. 20mm,1deg");
+  pose->needs(camera);
+  add_parsed(
+      app, "--watch-pose-time",
+      [watch](const std::string& text) { watch().pose_time_s = io::parse_duration(text); },
+      "Time for which such an error lasts (3s)")
+      ->needs(pose);
+  app.add_option_function<std::string>(
+         "--watch-markers", [watch](const std::string& text) { watch().markers = text; },
+         "markers.json of known markers in the world, which show where the rig is along a wall")
+      ->needs(pose);
+}
+
 void declare_watch(CLI::App& app, show::ShowOptions& o) {
   const auto watch = [&o]() -> show::WatchInput& { return o.watch ? *o.watch : o.watch.emplace(); };
   CLI::Option* camera = app.add_option_function<std::string>(
@@ -159,6 +182,7 @@ void declare_watch(CLI::App& app, show::ShowOptions& o) {
       app, "--watch-delay", [watch](const std::string& text) { watch().delay_s = io::parse_delay(text); },
       "Time from the exposure of its image to its arrival, e.g. 40ms")
       ->needs(camera);
+  declare_watched_pose(app, watch, camera);
 }
 
 /// SURFACE=VALUE, several.

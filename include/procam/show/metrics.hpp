@@ -43,6 +43,12 @@ struct WatchStatus {
   int textured = 0, measured = 0;           ///< cells of the last image
   double window_time = 0;                   ///< end of the last window, clock of device::now_s()
   std::vector<double> history_mm;           ///< errors of the last windows, oldest first
+  // Of the localiser, as the last image that corrected its pose found it (track/pose_correction.hpp).
+  bool corrects_pose = false;
+  double pose_off_mm = 0, pose_off_deg = 0;  ///< along the floor, and about the world's z axis
+  double pose_sigma_mm = 0;  ///< largest standard deviation of the corrected pose along the floor
+  std::uint64_t pose_images = 0,
+                pose_refused = 0;  ///< that corrected; that contradict the pose beyond its stated error
 };
 
 /// A surface that moves on its own and is tracked by its markers (docs/tracked-surfaces.md).

@@ -51,6 +51,10 @@ struct WatchInput {
   bool only = false;   ///< report, and correct nothing
   bool marks = false;  ///< small marks are drawn where the content has no texture
   std::string save;    ///< file for the rig as corrected, written after each correction; empty: none
+  /// The localiser's poses are corrected (track/pose_correction.hpp): standard deviation of its error, metres, and about the
+  /// world's z axis, radians, and the time for which that lasts, seconds. 0 metres: they are not corrected.
+  double pose_m = 0, pose_rad = 0.0175, pose_time_s = 3;
+  std::string markers;  ///< with pose_m: marker map file of known markers in the world; empty: none
 };
 
 /// Surfaces that move on their own, found by the markers on them (docs/tracked-surfaces.md).

@@ -81,6 +81,23 @@ PROCAM_EXPORT MovementEstimate estimate_movement(const LightGeometry& geometry, 
                                                  const std::vector<CellShift>& shifts,
                                                  const MovementOptions& options = {});
 
+/// What one image tells of the rig's place in the room, if nothing else has moved: for rig_from_world = exp(x) rig_from_world,
+/// with a left increment x in the rig's frame,
+///
+///   log p(shifts | x) = score . x - x^T information x / 2 + const.
+///
+/// Light shows a plane's distance and its two tilts, nothing along it. So the information has rank 3 for one plane, 5 for two
+/// that meet and 6 for three. What projector, surfaces and delay are known to (MovementOptions) is marginalised; the bump's
+/// prior is not in it.
+struct RigInformation {
+  Mat6 information = Mat6::Zero();
+  Vec6 score = Vec6::Zero();
+  int cells = 0;  ///< that take part; 0: none is known
+};
+PROCAM_EXPORT RigInformation rig_information(const LightGeometry& geometry,
+                                             const std::vector<CellShift>& shifts,
+                                             const MovementOptions& options = {});
+
 /// 1 for each measured cell that agrees with the others on some movement, else 0: the first step of estimate_movement().
 PROCAM_EXPORT std::vector<double> agreeing_cells(const LightGeometry& geometry,
                                                  const std::vector<CellShift>& shifts,

@@ -53,6 +53,8 @@ struct WatchOptions {
   double smallest_error = 5e-4;  ///< metres RMS on the surfaces: less is no alarm, however certain
   int min_cells = 8;             ///< textured cells that are needed
   double max_drift_step = 3e-4;  ///< metres RMS from one window to the next: more is a bump
+  /// A localiser places the rig: each image tells where it is (WatchReport::rig), and no window is tested.
+  bool locates_rig = false;
 };
 
 struct WatchReport {
@@ -64,6 +66,8 @@ struct WatchReport {
   // Of this image.
   int textured = 0, measured = 0;
   Vec2 median_shift = Vec2::Zero();  ///< of the measured cells, camera pixels
+  std::optional<RigInformation>
+      rig;  ///< WatchOptions::locates_rig: about the places of the surfaces as given
   // Of the last complete window; of the explanation that fits best, without a movement of the most probable one.
   double window_time = 0;             ///< its end; 0: none yet
   double error = 0, error_sigma = 0;  ///< of the light on the surfaces, metres RMS

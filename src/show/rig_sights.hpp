@@ -1,0 +1,18 @@
+#pragma once
+/// What a camera image tells of the rig's place, for track::PoseCorrection.
+#include <optional>
+
+#include "procam/core/base/image.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/rig/rig.hpp"
+#include "procam/track/pose_correction.hpp"
+
+namespace procam::show {
+
+/// From the markers of the map in the image. Of two similar poses it is the one nearer to `expected`. nullopt: no marker of the
+/// map is seen, or they contradict each other.
+std::optional<track::PoseSight> sight_of_markers(const ImageU8& image, double time, const RigCamera& camera,
+                                                 const MarkerMap& map, const MarkerCells& cells,
+                                                 const Pose& expected_world_from_rig);
+
+}  // namespace procam::show

@@ -1,0 +1,158 @@
+#include "procam/track/pose_correction.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "procam/core/geometry/se3.hpp"
+
+namespace procam::track {
+namespace {
+
+/// The rig looks along the base's x axis, and is not in its middle.
+Pose base_from_rig() {
+  Mat3 axes;
+  axes.col(0) = -Vec3::UnitY(), axes.col(1) = -Vec3::UnitZ(), axes.col(2) = Vec3::UnitX();
+  return Pose(Eigen::Quaterniond(axes) * so3_exp(Vec3(0.05, -0.1, 0.02)), Vec3(0.2, -0.07, 0.8));
+}
+
+/// A robot that drives and turns far from the world's origin.
+Pose truth(double time) {
+  return Pose(so3_exp(Vec3(0, 0, 0.7 + 0.3 * time)), Vec3(12 + 0.4 * time, -7 + 0.2 * time, 0));
+}
+
+/// The localiser's error: along x and y of the world, and about its z axis.
+struct Off {
+  double x = 0.021, y = -0.017, yaw = 0.012;
+};
+Pose localised(double time, const Off& off = {}) {
+  const Pose pose = truth(time);
+  return Pose(so3_exp(Vec3(0, 0, off.yaw)) * pose.rotation, pose.translation + Vec3(off.x, off.y, 0));
+}
+
+StampedPose message(double time, const Off& off = {}) {
+  StampedPose result;
+  result.arrival = time + 0.05;
+  result.frame = "map", result.child = "base";
+  result.frame_from_child = localised(time, off);
+  return result;
+}
+
+PoseCorrectionOptions options() {
+  PoseCorrectionOptions result;
+  result.track.delay = 0.05;
+  result.child_from_rig = base_from_rig();
+  return result;
+}
+
+/// Of an image that determines these directions of rig_from_world to a millimetre or so, as drawn for the localiser's pose.
+PoseSight sight(double time, const MatX& directions, const Off& off = {}) {
+  PoseSight result;
+  result.time = time;
+  result.world_from_rig = localised(time, off) * base_from_rig();
+  const Vec6 x = se3_log(Pose((truth(time) * base_from_rig()).inverse() * result.world_from_rig));
+  result.information = 1e6 * directions * directions.transpose();
+  result.score = result.information * x;
+  return result;
+}
+
+/// Position along and across, and the angle, from the true pose.
+Vec3 off_by(const StampedPose& pose) {
+  const Pose wrong = pose.frame_from_child * truth(pose.arrival - 0.05).inverse();
+  const Vec3 shift = pose.frame_from_child.translation - truth(pose.arrival - 0.05).translation;
+  return {shift.x(), shift.y(), so3_log(wrong.rotation).z()};
+}
+
+void drive(PoseCorrection& correction, double from, double to) {
+  for (double time = from; time < to; time += 0.1) correction.add(message(time));
+}
+
+TEST(PoseCorrection, AnImageThatSeesAllCorrectsAllAtItsExposure) {
+  PoseCorrection correction(options());
+  drive(correction, 10, 12);
+  // Late: messages of later moments have come.
+  const auto pose = correction.add(sight(11.63, MatX::Identity(6, 6)));
+  ASSERT_TRUE(pose);
+  EXPECT_NEAR(pose->arrival, 11.68, 1e-9);
+  EXPECT_EQ(pose->frame, "map");
+  EXPECT_EQ(pose->child, "base");
+  EXPECT_FALSE(pose->stamp);
+  EXPECT_LT(off_by(*pose).head<2>().norm(), 1e-3);
+  EXPECT_NEAR(off_by(*pose).z(), 0, 3e-4);
+  EXPECT_NEAR(correction.status().error[3], -0.021, 3e-3);  // relative to the filtered messages
+  EXPECT_NEAR(correction.status().error[2], -0.012, 3e-4);
+  EXPECT_LT(correction.status().sigma[3], 0.0015);
+}
+
+TEST(PoseCorrection, WhatOnePlaneDoesNotShowStaysTheLocalisers) {
+  PoseCorrection correction(options());
+  drive(correction, 10, 12);
+  // A wall across the rig's z axis: its distance and two tilts.
+  MatX plane = MatX::Zero(6, 3);
+  plane(0, 0) = plane(1, 1) = plane(5, 2) = 1;
+  const double time = 11.9;
+  const auto pose = correction.add(sight(time, plane));
+  ASSERT_TRUE(pose);
+  const Pose world_from_rig = truth(time) * base_from_rig();
+  const Vec3 ahead = world_from_rig.rotate(Vec3::UnitZ()),
+             sideways = Vec3(-ahead.y(), ahead.x(), 0).normalized();
+  const Pose found = pose->frame_from_child * base_from_rig();
+  const Vec3 left = found.translation - world_from_rig.translation;
+  EXPECT_NEAR(off_by(*pose).z(), 0, 1e-3);
+  EXPECT_LT(std::abs(left.dot(ahead)), 1.5e-3);
+  const Vec3 before = (localised(time) * base_from_rig()).translation - world_from_rig.translation;
+  EXPECT_GT(std::abs(before.dot(sideways)), 0.01);
+  EXPECT_NEAR(left.dot(sideways), before.dot(sideways), 6e-3);  // the lever arm of the rotation is known
+  // The covariance says so: of the base's place along the wall it is that of the localiser.
+  const Vec6 sigma = correction.status().sigma;
+  EXPECT_GT(std::max(sigma[3], sigma[4]), 0.012);
+  EXPECT_LT(sigma[2], 2e-3);
+}
+
+TEST(PoseCorrection, AnErrorFadesWithItsCorrelationTime) {
+  PoseCorrectionOptions slow = options();
+  slow.correlation = 2;
+  PoseCorrection correction(slow);
+  drive(correction, 10, 12);
+  ASSERT_TRUE(correction.add(sight(11.9, MatX::Identity(6, 6))));
+  EXPECT_FALSE(correction.add(message(12.0))) << "images come: they carry the localiser's messages";
+  for (double time = 12.1; time < 13.85; time += 0.1) correction.add(message(time));
+  const auto alone = correction.add(message(13.9));
+  ASSERT_TRUE(alone);
+  const double left = 1 - std::exp(-1.0);
+  EXPECT_NEAR(off_by(*alone).x(), 0.021 * left, 2e-3);
+  EXPECT_NEAR(off_by(*alone).y(), -0.017 * left, 2e-3);
+  EXPECT_NEAR(off_by(*alone).z(), 0.012 * left, 1e-3);
+}
+
+TEST(PoseCorrection, AnImageBeyondTheStatedErrorIsRefused) {
+  PoseCorrection correction(options());
+  drive(correction, 10, 12);
+  ASSERT_TRUE(correction.add(sight(11.5, MatX::Identity(6, 6))));
+  PoseSight wrong = sight(11.6, MatX::Identity(6, 6));
+  Vec6 moved = Vec6::Zero();
+  moved[3] = 0.4;
+  wrong.score += wrong.information * moved;
+  EXPECT_FALSE(correction.add(wrong));
+  EXPECT_EQ(correction.status().refused, 1u);
+  EXPECT_EQ(correction.status().taken, 1u);
+  EXPECT_NEAR(correction.status().error[3], -0.021, 3e-3);
+}
+
+TEST(PoseCorrection, WithoutImagesItIsTheLocaliser) {
+  PoseCorrection correction(options());
+  EXPECT_FALSE(correction.add(sight(10, MatX::Identity(6, 6)))) << "no message has come";
+  drive(correction, 10, 12);
+  const auto pose = correction.add(message(12.0));
+  ASSERT_TRUE(pose);
+  EXPECT_NEAR(off_by(*pose).x(), 0.021, 2e-3);
+  EXPECT_THROW(PoseCorrection([] {
+                 PoseCorrectionOptions bad;
+                 bad.correlation = 0;
+                 return bad;
+               }()),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace procam::track

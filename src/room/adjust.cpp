@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kScaleSigma = 1e-7;  // of the fixed distance: exact, and the system stays well conditioned
 constexpr int kParts = 64;            // of the points; sums over them do not depend on the threads
+constexpr int kTogether = 64;         // depths eliminated in one product
 
 /// The step of Levenberg and Marquardt, the parameters scaled to a unit diagonal.
 VecX damped_step(const Normal& system, double damping) {
@@ -97,24 +98,28 @@ Normal Adjustment::normal(const RoomState& state, const Layout& layout, double l
     sum.information = MatX::Zero(layout.size, layout.size);
     sum.gradient = VecX::Zero(layout.size);
     Rows rows;
+    // What the depths take away, a matrix of rank one each, some at a time.
+    MatX crosses(layout.size, kTogether);
+    int filled = 0;
+    const auto subtract = [&] {
+      if (filled > 0)
+        sum.information.selfadjointView<Eigen::Lower>().rankUpdate(crosses.leftCols(filled), -1);
+      filled = 0;
+    };
     for (int i = int(long(count) * part / kParts); i < int(long(count) * (part + 1) / kParts); ++i) {
-      if (!used[std::size_t(i)] || !linearise(state, &layout, i, rows)) continue;
-      const double square = rows.residual.squaredNorm();
-      const double weight = loss_square > 0 ? std::pow(loss_square / (loss_square + square), 2) : 1;
-      sum.cost += loss_square > 0 ? loss_square * square / (loss_square + square) : square;
-      const double by_depth = rows.by_depth.squaredNorm();
-      if (!(by_depth > 0)) continue;
-      const VecX cross = rows.by_parameters.transpose() * rows.by_depth;
-      const MatX local = weight * (rows.by_parameters.transpose() * rows.by_parameters -
-                                   cross * cross.transpose() / by_depth);
-      const VecX gradient = weight * (rows.by_parameters.transpose() * rows.residual -
-                                      cross * (rows.by_depth.dot(rows.residual) / by_depth));
-      for (int r = 0; r < int(rows.columns.size()); ++r) {
-        sum.gradient[rows.columns[std::size_t(r)]] += gradient[r];
-        for (int c = 0; c < int(rows.columns.size()); ++c)
-          sum.information(rows.columns[std::size_t(r)], rows.columns[std::size_t(c)]) += local(r, c);
-      }
+      if (!used[std::size_t(i)] || !linearise(state, layout, i, rows)) continue;
+      const DepthRows depth = rows.by_depth();
+      const double weight = loss_square > 0 ? std::pow(loss_square / (loss_square + depth.square), 2) : 1;
+      sum.cost += loss_square > 0 ? loss_square * depth.square / (loss_square + depth.square) : depth.square;
+      if (!(depth.curvature > 0)) continue;
+      rows.add_information(sum.information, weight);
+      rows.add_gradient(sum.gradient, depth, weight);
+      const double share = std::sqrt(weight / depth.curvature);
+      crosses.col(filled).setZero();
+      rows.add_product(crosses.col(filled), [&](const ReadingRows& r) { return Vec2(share * r.by_depth); });
+      if (++filled == kTogether) subtract();
     }
+    subtract();
   });
   Normal out;
   out.information = MatX::Zero(layout.size, layout.size);
@@ -125,6 +130,7 @@ Normal Adjustment::normal(const RoomState& state, const Layout& layout, double l
     out.gradient += part.gradient;
     out.cost += part.cost;
   }
+  out.information = MatX(out.information.selfadjointView<Eigen::Lower>());
   out.cost += prior_cost(state, layout, &out);
   out.information += out.prior;
   return out;
@@ -134,12 +140,11 @@ double Adjustment::cost(const RoomState& state, const Layout& layout, double los
   const int count = int(points_.points.size());
   std::vector<double> parts(kParts);
   parallel_each(kParts, options_.threads, [&](int part) {
-    Rows rows;
     for (int i = int(long(count) * part / kParts); i < int(long(count) * (part + 1) / kParts); ++i) {
       if (!used[std::size_t(i)] || !std::isfinite(state.inverse_depth[std::size_t(i)])) continue;
-      const bool seen = linearise(state, nullptr, i, rows);
+      const std::optional<DepthRows> seen = depth_rows(state, i);
       // A point that a device cannot see costs as much as any outlier: it never scores zero.
-      const double square = seen ? rows.residual.squaredNorm() : 1e12;
+      const double square = seen ? seen->square : 1e12;
       parts[std::size_t(part)] += loss_square > 0 ? loss_square * square / (loss_square + square) : square;
     }
   });
@@ -149,14 +154,19 @@ double Adjustment::cost(const RoomState& state, const Layout& layout, double los
 }
 
 double Adjustment::scatter(const RoomState& state) const {
-  std::vector<double> values;
-  for (int i = 0; i < int(points_.points.size()); ++i) {
-    if (!used[std::size_t(i)]) continue;
-    const PointFit point = fit(state, i);
-    if (point.freedom < 1) continue;
-    const double k = point.freedom;
-    values.push_back(point.square / (k * std::pow(1 - 2 / (9 * k), 3)));  // over the median of chi-square
-  }
+  std::vector<double> values(points_.points.size(), -1);
+  parallel_for(int(values.size()), options_.threads, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      if (!used[std::size_t(i)]) continue;
+      const PointFit point = fit(state, i);
+      if (point.freedom < 1) continue;
+      const double k = point.freedom;
+      // over the median of chi-square
+      values[std::size_t(i)] = point.square / (k * std::pow(1 - 2 / (9 * k), 3));
+    }
+  });
+  values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return value < 0; }),
+               values.end());
   return values.empty() ? 1 : std::sqrt(median(values));
 }
 
@@ -164,14 +174,13 @@ std::optional<Adjustment::DepthGradient> Adjustment::depth_gradient(const RoomSt
                                                                     const Layout& layout, int point,
                                                                     bool only_anchor) const {
   Rows rows;
-  if (!linearise(state, &layout, point, rows, only_anchor)) return std::nullopt;
-  const double w = state.inverse_depth[std::size_t(point)], by_depth = rows.by_depth.squaredNorm();
-  if (!(by_depth > 0) || !(w > 0)) return std::nullopt;
-  DepthGradient out{VecX::Zero(layout.size), 1 / (std::sqrt(by_depth) * w)};
-  const VecX cross =
-      rows.by_parameters.transpose() * rows.by_depth;  // dw = -cross / by_depth, dlog z = -dw / w
-  for (int c = 0; c < int(rows.columns.size()); ++c)
-    out.by_parameters[rows.columns[std::size_t(c)]] = cross[c] / (by_depth * w);
+  if (!linearise(state, layout, point, rows, only_anchor)) return std::nullopt;
+  const double w = state.inverse_depth[std::size_t(point)], curvature = rows.by_depth().curvature;
+  if (!(curvature > 0) || !(w > 0)) return std::nullopt;
+  DepthGradient out{VecX::Zero(layout.size), 1 / (std::sqrt(curvature) * w)};
+  // dw = -cross / curvature, dlog z = -dw / w
+  rows.add_product(out.by_parameters,
+                   [&](const ReadingRows& r) { return Vec2(r.by_depth / (curvature * w)); });
   return out;
 }
 
@@ -192,16 +201,13 @@ RoomState Adjustment::moved(const RoomState& state, const Layout& layout, const 
 
 void Adjustment::settle_depths(RoomState& state) const {
   parallel_for(int(points_.points.size()), options_.threads, [&](int begin, int end) {
-    Rows rows;
     for (int i = begin; i < end; ++i) {
       if (!used[std::size_t(i)] || !std::isfinite(state.inverse_depth[std::size_t(i)])) continue;
       for (int k = 0; k < 2; ++k) {
-        if (!linearise(state, nullptr, i, rows)) break;
-        const double curvature = rows.by_depth.squaredNorm();
-        if (!(curvature > 0)) break;
+        const std::optional<DepthRows> rows = depth_rows(state, i);
+        if (!rows || !(rows->curvature > 0)) break;
         double& w = state.inverse_depth[std::size_t(i)];
-        const double to = w - rows.by_depth.dot(rows.residual) / curvature;
-        w = std::clamp(to, 0.3 * w, 3 * w);
+        w = std::clamp(w - rows->slope / rows->curvature, 0.3 * w, 3 * w);
       }
     }
   });
@@ -270,14 +276,9 @@ MatX Adjustment::covariance(const RoomState& state, const Layout& layout, const 
   MatX pulls = MatX::Zero(layout.size, groups);
   Rows rows;
   for (int i = 0; i < int(points_.points.size()); ++i) {
-    if (!used[std::size_t(i)] || group[std::size_t(i)] < 0 || !linearise(state, &layout, i, rows)) continue;
-    const double by_depth = rows.by_depth.squaredNorm();
-    if (!(by_depth > 0)) continue;
-    const VecX cross = rows.by_parameters.transpose() * rows.by_depth;
-    const VecX gradient = rows.by_parameters.transpose() * rows.residual -
-                          cross * (rows.by_depth.dot(rows.residual) / by_depth);
-    for (int r = 0; r < int(rows.columns.size()); ++r)
-      pulls(rows.columns[std::size_t(r)], group[std::size_t(i)]) += gradient[r] / (scale * scale);
+    if (!used[std::size_t(i)] || group[std::size_t(i)] < 0 || !linearise(state, layout, i, rows)) continue;
+    const DepthRows depth = rows.by_depth();
+    if (depth.curvature > 0) rows.add_gradient(pulls.col(group[std::size_t(i)]), depth, 1 / (scale * scale));
   }
   // The fit has taken part of the pull away: as many groups' worth as it has parameters.
   const double left = std::max(1.0, double(groups) - layout.size);

@@ -65,6 +65,8 @@ struct Normal {
   double cost = 0;
 };
 
+struct AnchoredPoint;
+
 class Adjustment {
  public:
   Adjustment(const RoomPoints& points, const AdjustOptions& options);
@@ -105,11 +107,23 @@ class Adjustment {
 
  private:
   struct Rows;
-  bool linearise(const RoomState& state, const Layout* layout, int point, Rows& rows,
+  /// All readings of a point together: sums of squares of the residuals, of the derivatives by the depth, and of both.
+  struct DepthRows {
+    double square = 0, curvature = 0, slope = 0;
+    int count = 0;  ///< readings
+    void add(const Vec2& by_depth, const Vec2& residual) {
+      square += residual.squaredNorm();
+      curvature += by_depth.squaredNorm();
+      slope += by_depth.dot(residual);
+      ++count;
+    }
+  };
+  /// nullopt: a device cannot see the point, or it has no depth.
+  std::optional<DepthRows> depth_rows(const RoomState& state, int point) const;
+  bool linearise(const RoomState& state, const Layout& layout, int point, Rows& rows,
                  bool only_anchor = false) const;
-  /// The columns of the anchor and of what the readings depend on.
-  void take_columns(const Layout& layout, int anchor, const std::vector<const LightReading*>& readings,
-                    Rows& rows) const;
+  /// The point by its anchor's ray and its depth; nullopt where one of them is missing.
+  std::optional<AnchoredPoint> anchored_point(const RoomState& state, const Layout* layout, int point) const;
   /// Every depth in use towards its minimum, the devices as they are: two Gauss-Newton steps.
   void settle_depths(RoomState& state) const;
   double cost(const RoomState& state, const Layout& layout, double loss_square) const;

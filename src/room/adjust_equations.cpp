@@ -49,14 +49,29 @@ std::optional<ProjectedPoint> project_point(const Camera& lens, const Vec3& poin
 
 namespace {
 
-AnchoredPoint anchored_point(int position, const Pose& rig_from_anchor, const Vec3& d, double w) {
-  AnchoredPoint point;
-  point.position = position;
-  point.w = w;
-  point.rotation = rig_from_anchor.rotation_matrix();
-  point.translation = rig_from_anchor.translation;
-  point.u = point.rotation * d + w * point.translation;
-  return point;
+/// A pixel and its derivative as the point moves along `direction`.
+struct ProjectedLine {
+  Vec2 pixel, along;
+};
+std::optional<ProjectedLine> project_along(const Camera& lens, const Vec3& point, const Vec3& direction) {
+  return std::visit(
+      [&](const auto& model) -> std::optional<ProjectedLine> {
+        using Model = std::decay_t<decltype(model)>;
+        using D = Dual<1>;
+        std::array<D, std::size_t(Model::kNumCoefficients) + 1> c;
+        for (std::size_t i = 0; i < model.coefficients.size(); ++i) c[i] = D(model.coefficients[i]);
+        const auto moving = [&](int i) { return D(point[i], D::Gradient(direction[i])); };
+        const auto distorted =
+            Model::distort(static_cast<const D*>(c.data()), Vec3T<D>(moving(0), moving(1), moving(2)));
+        if (!distorted) return std::nullopt;
+        const D &x = distorted->x(), &y = distorted->y();
+        const Intrinsics& k = lens.intrinsics;
+        const ProjectedLine out{k.pixel_from_normalized(Vec2(x.a, y.a)),
+                                Vec2(k.fx * x.v[0] + k.skew * y.v[0], k.fy * y.v[0])};
+        if (!is_finite(out.pixel)) return std::nullopt;
+        return out;
+      },
+      lens.distortion);
 }
 
 /// How the ray moves with the lens while its pixel stays: pi(lens, d) = pixel.
@@ -76,6 +91,10 @@ DeviceTerm device_term(const RoomState& state, int pose, int lens, const Mat2& w
   return {pose, lens, by_rig, weight, projected};
 }
 
+Vec3 in_device(const AnchoredPoint& point, const Pose& rig_from_device) {
+  return rig_from_device.rotation.conjugate() * Vec3(point.u - point.w * rig_from_device.translation);
+}
+
 }  // namespace
 
 bool Adjustment::active(const RoomState& state, int point, int reading) const {
@@ -84,110 +103,109 @@ bool Adjustment::active(const RoomState& state, int point, int reading) const {
   return state.solved[std::size_t(map.position)] && state.solved[std::size_t(projector_pose(map.projector))];
 }
 
-void Adjustment::take_columns(const Layout& layout, int anchor,
-                              const std::vector<const LightReading*>& readings, Rows& rows) const {
-  rows.columns.clear();
-  rows.local.assign(std::size_t(layout.size), -1);
-  const auto take = [&](int column) {
-    if (column < 0 || rows.local[std::size_t(column)] >= 0) return;
-    rows.local[std::size_t(column)] = int(rows.columns.size());
-    rows.columns.push_back(column);
-  };
-  const auto take_pose = [&](int pose) {
-    if (layout.pose[std::size_t(pose)] >= 0)
-      for (int i = 0; i < 6; ++i) take(layout.pose[std::size_t(pose)] + i);
-  };
-  const auto take_lens = [&](int lens) {
-    for (const int column : layout.lens[std::size_t(lens)]) take(column);
-  };
-  take_pose(anchor);
-  take_lens(camera_lens(anchor));
-  for (const LightReading* reading : readings) {
-    const MapDevices& map = points_.maps[std::size_t(reading->map)];
-    take_pose(map.position);
-    take_lens(camera_lens(map.position));
-    take_pose(projector_pose(map.projector));
-    take_lens(projector_lens(map.projector));
-  }
-  rows.by_parameters.setZero(rows.count, Eigen::Index(rows.columns.size()));
+std::optional<AnchoredPoint> Adjustment::anchored_point(const RoomState& state, const Layout* layout,
+                                                        int point) const {
+  const LightReading& reading = points_.points[std::size_t(point)].readings[0];
+  AnchoredPoint out;
+  out.position = points_.maps[std::size_t(reading.map)].position;
+  out.lens = camera_lens(out.position);
+  out.w = state.inverse_depth[std::size_t(point)];
+  if (!(std::abs(out.w) < 1e4) || !state.solved[std::size_t(out.position)]) return std::nullopt;
+  const Camera& lens = state.lenses[std::size_t(out.lens)];
+  const std::optional<Vec3> d = ray_of(lens, reading.camera_pixel);
+  if (!d) return std::nullopt;
+  const Pose& rig_from_anchor = state.rig_from_device[std::size_t(out.position)];
+  out.rotation = rig_from_anchor.rotation_matrix();
+  out.translation = rig_from_anchor.translation;
+  out.u = out.rotation * *d + out.w * out.translation;
+  if (layout == nullptr) return out;
+  const std::vector<int>& columns = layout->lens[std::size_t(out.lens)];
+  if (std::none_of(columns.begin(), columns.end(), [](int column) { return column >= 0; })) return out;
+  const std::optional<RayByLens> by_lens = ray_by_lens(lens, *d);
+  if (!by_lens) return std::nullopt;
+  out.ray_by_lens = *by_lens;
+  return out;
 }
 
-bool Adjustment::linearise(const RoomState& state, const Layout* layout, int point, Rows& rows,
-                           bool only_anchor) const {
+std::optional<Adjustment::DepthRows> Adjustment::depth_rows(const RoomState& state, int point) const {
+  const std::optional<AnchoredPoint> anchored = anchored_point(state, nullptr, point);
+  if (!anchored) return std::nullopt;
   const RoomPoint& p = points_.points[std::size_t(point)];
-  const int anchor = points_.maps[std::size_t(p.readings[0].map)].position;
-  const double w = state.inverse_depth[std::size_t(point)];
-  if (!std::isfinite(w) || !state.solved[std::size_t(anchor)]) return false;
-  const Camera& anchor_lens = state.lenses[std::size_t(camera_lens(anchor))];
-  const std::optional<Vec3> d = ray_of(anchor_lens, p.readings[0].camera_pixel);
-  if (!d || !(std::abs(w) < 1e4)) return false;
-  AnchoredPoint anchored = anchored_point(anchor, state.rig_from_device[std::size_t(anchor)], *d, w);
-
-  std::vector<const LightReading*> in_use;
-  for (int r = 0; r < (only_anchor ? 1 : int(p.readings.size())); ++r)
-    if (active(state, point, r)) in_use.push_back(&p.readings[std::size_t(r)]);
-  if (in_use.empty()) return false;
-  rows.count = 2 * int(in_use.size());
-  rows.residual.resize(rows.count);
-  rows.by_depth.setZero(rows.count);
-  rows.columns.clear();
-  if (layout != nullptr) {
-    take_columns(*layout, anchor, in_use, rows);
-    const std::vector<int>& columns = layout->lens[std::size_t(camera_lens(anchor))];
-    if (std::any_of(columns.begin(), columns.end(), [](int c) { return c >= 0; })) {
-      const std::optional<RayByLens> by_lens = ray_by_lens(anchor_lens, *d);
-      if (!by_lens) return false;
-      anchored.ray_by_lens = *by_lens;
-      anchored.lens_columns = &columns;
-    }
-  }
-
-  for (std::size_t k = 0; k < in_use.size(); ++k) {
-    const LightReading& reading = *in_use[k];
+  const auto image = [&](int pose, int lens) {
+    const Pose& place = state.rig_from_device[std::size_t(pose)];
+    return project_along(state.lenses[std::size_t(lens)], in_device(*anchored, place),
+                         place.rotation.conjugate() * Vec3(anchored->translation - place.translation));
+  };
+  DepthRows out;
+  for (int r = 0; r < int(p.readings.size()); ++r) {
+    if (!active(state, point, r)) continue;
+    const LightReading& reading = p.readings[std::size_t(r)];
     const MapDevices& map = points_.maps[std::size_t(reading.map)];
-    const int row = 2 * int(k);
+    const auto light = image(projector_pose(map.projector), projector_lens(map.projector));
+    if (!light) return std::nullopt;
+    Vec2 residual = reading.projector_pixel - light->pixel, by_depth = -light->along;
+    if (map.position != anchored->position) {
+      const auto seen = image(map.position, camera_lens(map.position));
+      if (!seen) return std::nullopt;
+      residual += reading.projector_by_camera * (seen->pixel - reading.camera_pixel);
+      by_depth += reading.projector_by_camera * seen->along;
+    }
+    out.add(by_depth.cwiseQuotient(reading.sigma), residual.cwiseQuotient(reading.sigma));
+  }
+  if (out.count == 0 || !std::isfinite(out.square) || !std::isfinite(out.curvature)) return std::nullopt;
+  return out;
+}
+
+bool Adjustment::linearise(const RoomState& state, const Layout& layout, int point, Rows& rows,
+                           bool only_anchor) const {
+  rows.start();
+  const std::optional<AnchoredPoint> anchored = anchored_point(state, &layout, point);
+  if (!anchored) return false;
+  const RoomPoint& p = points_.points[std::size_t(point)];
+  for (int r = 0; r < (only_anchor ? 1 : int(p.readings.size())); ++r) {
+    if (!active(state, point, r)) continue;
+    const LightReading& reading = p.readings[std::size_t(r)];
+    const MapDevices& map = points_.maps[std::size_t(reading.map)];
+    ReadingRows& row = rows.next();
     const Mat2 whiten = reading.sigma.cwiseInverse().asDiagonal();
-    const auto place_in = [&](int pose) {
-      const Pose& place = state.rig_from_device[std::size_t(pose)];
-      return Vec3(place.rotation.conjugate() * (anchored.u - w * place.translation));
-    };
     const int projector = projector_pose(map.projector), glass = projector_lens(map.projector);
-    const auto light = project_point(state.lenses[std::size_t(glass)], place_in(projector));
+    const auto light = project_point(state.lenses[std::size_t(glass)],
+                                     in_device(*anchored, state.rig_from_device[std::size_t(projector)]));
     if (!light) return false;
     Vec2 residual = reading.projector_pixel - light->pixel;
-    rows.add(row, anchored, state, layout, device_term(state, projector, glass, -whiten, *light));
-    if (map.position != anchor) {
+    row.add(*anchored, state, layout, device_term(state, projector, glass, -whiten, *light));
+    if (map.position != anchored->position) {
       const int lens = camera_lens(map.position);
-      const auto image = project_point(state.lenses[std::size_t(lens)], place_in(map.position));
+      const auto image =
+          project_point(state.lenses[std::size_t(lens)],
+                        in_device(*anchored, state.rig_from_device[std::size_t(map.position)]));
       if (!image) return false;
       residual += reading.projector_by_camera * (image->pixel - reading.camera_pixel);
       const Mat2 weight = whiten * reading.projector_by_camera;
-      rows.add(row, anchored, state, layout, device_term(state, map.position, lens, weight, *image));
+      row.add(*anchored, state, layout, device_term(state, map.position, lens, weight, *image));
     }
-    rows.residual.segment<2>(row) = whiten * residual;
+    row.residual = whiten * residual;
+    if (!row.residual.allFinite() || !row.by_depth.allFinite()) return false;
   }
-  return rows.residual.allFinite() && rows.by_depth.allFinite();
+  return rows.count > 0;
 }
 
 PointFit Adjustment::fit(const RoomState& state, int point) const {
-  Rows rows;
-  if (!linearise(state, nullptr, point, rows)) return {};
-  return {rows.residual.squaredNorm(), rows.count - 1};
+  const std::optional<DepthRows> rows = depth_rows(state, point);
+  return rows ? PointFit{rows->square, 2 * rows->count - 1} : PointFit{};
 }
 
 bool Adjustment::refine_depth(RoomState& state, int point) const {
   double& w = state.inverse_depth[std::size_t(point)];
-  Rows rows;
   for (int iteration = 0; iteration < 10; ++iteration) {
-    if (!linearise(state, nullptr, point, rows)) break;
-    const double curvature = rows.by_depth.squaredNorm();
-    if (!(curvature > 0)) break;
-    const double step = -rows.by_depth.dot(rows.residual) / curvature;
+    const std::optional<DepthRows> rows = depth_rows(state, point);
+    if (!rows || !(rows->curvature > 0)) break;
+    const double step = -rows->slope / rows->curvature;
     w += step;
     if (!(w > 0)) break;
     if (std::abs(step) < 1e-9 * w) return true;
   }
-  if (w > 0 && std::isfinite(w) && linearise(state, nullptr, point, rows)) return true;
+  if (w > 0 && std::isfinite(w) && depth_rows(state, point)) return true;
   w = std::numeric_limits<double>::quiet_NaN();
   return false;
 }

@@ -1,5 +1,7 @@
 #pragma once
-/// The equations of one point of a room, linearised.
+/// The equations of one point of a room, linearised. A reading depends on few of the system's parameters: its rows hold
+/// these alone, in runs of neighbouring columns.
+#include <array>
 #include <vector>
 
 #include "adjust.hpp"
@@ -7,19 +9,21 @@
 
 namespace procam::room {
 
-using RayByLens = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 16>;
+constexpr int kMaxLensParameters = 16;
+using RayByLens = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxLensParameters>;
+using PixelByLens = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMaxLensParameters>;
 
 /// A point on the ray d of its anchor, z = 1, and its inverse depth w along it: U = R d + w t, the anchor's pose being
 /// (R, t), is w times the point in the rig's frame.
 struct AnchoredPoint {
   int position = 0;  ///< the anchor's
+  int lens = 0;      ///< its camera's
   double w = 0;
   Vec3 u;
   Mat3 rotation;
   Vec3 translation;
-  /// d by the anchor's lens, whose columns these are; no columns: the lens is fixed.
+  /// d by the anchor's lens; no columns: the lens is fixed.
   RayByLens ray_by_lens;
-  const std::vector<int>* lens_columns = nullptr;
 };
 
 /// What one device adds to a reading's derivatives.
@@ -30,44 +34,135 @@ struct DeviceTerm {
   const ProjectedPoint& projected;
 };
 
-/// A point's equations: columns of the parameters in use, the depth's column, the residuals; whitened.
-struct Adjustment::Rows {
-  std::vector<int> columns;  ///< in the system
-  MatX by_parameters;
-  VecX by_depth, residual;
-  int count = 0;
-  std::vector<int> local;  ///< by system column; -1: not in use
+/// The two whitened equations of a reading.
+struct ReadingRows {
+  static constexpr int kMaxColumns = 3 * (6 + kMaxLensParameters), kMaxRuns = 6;
+  /// Neighbouring columns: `first` in the system, `at` in the rows.
+  struct Run {
+    int first = 0, at = 0, count = 0;
+  };
 
-  /// `layout` null: the depth's column alone.
-  void add(int row, const AnchoredPoint& point, const RoomState& state, const Layout* layout,
-           const DeviceTerm& term) {
-    const Pose& place = state.rig_from_device[std::size_t(term.pose)];
-    by_depth.segment<2>(row) += term.by_rig_direction * (point.translation - place.translation);
-    if (layout == nullptr) return;
-    const Mat23 rotated = term.by_rig_direction * hat(point.u);
-    add_pose(row, layout->pose[std::size_t(point.position)], -rotated, point.w * term.by_rig_direction);
-    add_pose(row, layout->pose[std::size_t(term.pose)], rotated, -point.w * term.by_rig_direction);
-    if (point.lens_columns != nullptr) {
-      const Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 16> by_lens =
-          term.by_rig_direction * point.rotation * point.ray_by_lens;
-      for (std::size_t i = 0; i < point.lens_columns->size(); ++i)
-        if ((*point.lens_columns)[i] >= 0)
-          by_parameters.block<2, 1>(row, local[std::size_t((*point.lens_columns)[i])]) +=
-              by_lens.col(Eigen::Index(i));
-    }
-    const std::vector<int>& own = layout->lens[std::size_t(term.lens)];
-    for (std::size_t i = 0; i < own.size(); ++i)
-      if (own[i] >= 0)
-        by_parameters.block<2, 1>(row, local[std::size_t(own[i])]) +=
-            term.weight * term.projected.by_lens.col(Eigen::Index(i));
+  std::array<std::array<double, kMaxColumns>, 2> by_parameters;
+  std::array<Run, kMaxRuns> runs;
+  int run_count = 0, columns = 0;
+  Vec2 by_depth = Vec2::Zero(), residual = Vec2::Zero();
+
+  void clear() {
+    run_count = columns = 0;
+    by_depth.setZero();
+    residual.setZero();
+  }
+
+  void add(const AnchoredPoint& point, const RoomState& state, const Layout& layout, const DeviceTerm& term) {
+    by_depth += term.by_rig_direction *
+                (point.translation - state.rig_from_device[std::size_t(term.pose)].translation);
+    const Mat23 rotated = term.by_rig_direction * hat(point.u), moved = point.w * term.by_rig_direction;
+    add_pose(layout.pose[std::size_t(point.position)], -rotated, -moved, -1);
+    add_pose(layout.pose[std::size_t(term.pose)], rotated, -moved, 1);
+    if (point.ray_by_lens.cols() > 0)
+      add_lens(layout.lens[std::size_t(point.lens)],
+               PixelByLens(term.by_rig_direction * point.rotation * point.ray_by_lens));
+    add_lens(layout.lens[std::size_t(term.lens)], PixelByLens(term.weight * term.projected.by_lens));
   }
 
  private:
-  void add_pose(int row, int first, const Mat23& rotation, const Mat23& translation) {
+  /// Where these columns are in the rows: as before, or new ones of zeros.
+  int take(int first, int count) {
+    for (int i = 0; i < run_count; ++i)
+      if (runs[std::size_t(i)].first == first) return runs[std::size_t(i)].at;
+    runs[std::size_t(run_count++)] = {first, columns, count};
+    for (auto& row : by_parameters)
+      for (int c = 0; c < count; ++c) row[std::size_t(columns + c)] = 0;
+    columns += count;
+    return columns - count;
+  }
+
+  void add_pose(int first, const Mat23& rotation, const Mat23& translation, double sign) {
     if (first < 0) return;
-    const int at = local[std::size_t(first)];
-    by_parameters.block<2, 3>(row, at) += rotation;
-    by_parameters.block<2, 3>(row, at + 3) += translation;
+    const auto at = std::size_t(take(first, 6));
+    for (std::size_t row = 0; row < 2; ++row)
+      for (std::size_t i = 0; i < 3; ++i) {
+        by_parameters[row][at + i] += rotation(Eigen::Index(row), Eigen::Index(i));
+        by_parameters[row][at + 3 + i] += sign * translation(Eigen::Index(row), Eigen::Index(i));
+      }
+  }
+
+  /// `columns_of` are neighbours, but for the fixed parameters among them.
+  void add_lens(const std::vector<int>& columns_of, const PixelByLens& by_lens) {
+    int first = -1, count = 0;
+    for (const int column : columns_of)
+      if (column >= 0) first = count++ == 0 ? column : first;
+    if (count == 0) return;
+    const int at = take(first, count);
+    for (std::size_t i = 0; i < columns_of.size(); ++i)
+      if (columns_of[i] >= 0)
+        for (int row = 0; row < 2; ++row)
+          by_parameters[std::size_t(row)][std::size_t(at + columns_of[i] - first)] +=
+              by_lens(row, Eigen::Index(i));
+  }
+};
+
+/// All equations of a point.
+struct Adjustment::Rows {
+  std::vector<ReadingRows> readings;
+  int count = 0;  ///< of `readings` that are in use
+
+  void start() { count = 0; }
+  ReadingRows& next() {
+    if (count == int(readings.size())) readings.emplace_back();
+    readings[std::size_t(count)].clear();
+    return readings[std::size_t(count++)];
+  }
+
+  DepthRows by_depth() const {
+    DepthRows out;
+    for (int i = 0; i < count; ++i)
+      out.add(readings[std::size_t(i)].by_depth, readings[std::size_t(i)].residual);
+    return out;
+  }
+
+  /// out += J^T right, `right` by reading: Vec2.
+  template <typename Right>
+  void add_product(Eigen::Ref<VecX> out, const Right& right) const {
+    for (int i = 0; i < count; ++i) {
+      const ReadingRows& rows = readings[std::size_t(i)];
+      const Vec2 factor = right(rows);
+      for (int r = 0; r < rows.run_count; ++r) {
+        const ReadingRows::Run& run = rows.runs[std::size_t(r)];
+        for (int c = 0; c < run.count; ++c)
+          out[run.first + c] += rows.by_parameters[0][std::size_t(run.at + c)] * factor[0] +
+                                rows.by_parameters[1][std::size_t(run.at + c)] * factor[1];
+      }
+    }
+  }
+  /// out += weight J^T r, r the residuals less what the depth can take away.
+  void add_gradient(Eigen::Ref<VecX> out, const DepthRows& depth, double weight) const {
+    const double along = depth.slope / depth.curvature;
+    add_product(
+        out, [&](const ReadingRows& rows) { return Vec2(weight * (rows.residual - along * rows.by_depth)); });
+  }
+  /// The lower triangle of out += weight J^T J.
+  void add_information(MatX& out, double weight) const {
+    for (int i = 0; i < count; ++i) {
+      const ReadingRows& rows = readings[std::size_t(i)];
+      for (int a = 0; a < rows.run_count; ++a)
+        for (int b = 0; b < rows.run_count; ++b)
+          if (rows.runs[std::size_t(a)].first >= rows.runs[std::size_t(b)].first)
+            add_block(out, rows, rows.runs[std::size_t(a)], rows.runs[std::size_t(b)], weight);
+    }
+  }
+
+ private:
+  static void add_block(MatX& out, const ReadingRows& rows, const ReadingRows::Run& a,
+                        const ReadingRows::Run& b, double weight) {
+    const double *first = &rows.by_parameters[0][std::size_t(a.at)],
+                 *second = &rows.by_parameters[1][std::size_t(a.at)];
+    for (int c = 0; c < b.count; ++c) {
+      const double x = weight * rows.by_parameters[0][std::size_t(b.at + c)],
+                   y = weight * rows.by_parameters[1][std::size_t(b.at + c)];
+      double* to = &out(a.first, b.first + c);
+      for (int r = 0; r < a.count; ++r) to[r] += first[r] * x + second[r] * y;
+    }
   }
 };
 

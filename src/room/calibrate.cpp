@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "procam/core/base/parallel.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "route.hpp"
@@ -24,6 +25,7 @@ RoomCalibration Route::run() {
   state_ = start();
   prepare();
   for (int round = 0; round < 3; ++round) {
+    adjustment_->used = evenly_by_map(points_, adjustment_->used);
     adjustment_->solve(state_);
     reject();
   }
@@ -72,7 +74,26 @@ void Route::check_names() const {
 }
 
 RoomState Route::start() const {
-  if (plan_.cameras_known) return start_room(points_, plan_, options_.threads).state;
+  const RoomPoints part =
+      part_of(points_, evenly_by_map(points_, std::vector<char>(points_.points.size(), 1)));
+  if (part.points.size() == points_.points.size()) return start_with(points_);
+  RoomState state;
+  try {
+    state = start_with(part);
+  } catch (const Error&) {
+    return start_with(points_);  // devices that share few points may need them all
+  }
+  state.inverse_depth.resize(points_.points.size());
+  Adjustment depths(points_, {});
+  parallel_for(int(points_.points.size()), options_.threads, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i)
+      if (depths.start_depth(state, i)) depths.refine_depth(state, i);
+  });
+  return state;
+}
+
+RoomState Route::start_with(const RoomPoints& points) const {
+  if (plan_.cameras_known) return start_room(points, plan_, options_.threads).state;
   std::optional<Started> best;
   std::optional<Error> problem;
   // As far as two deviations of what is known of each focal length.
@@ -88,7 +109,7 @@ RoomState Route::start() const {
       if (plan.guess[c])
         plan.lenses[c].intrinsics.fx = plan.lenses[c].intrinsics.fy *= std::exp(reach[c] * step / steps);
     try {
-      Started trial = start_room(points_, plan, options_.threads);
+      Started trial = start_room(points, plan, options_.threads);
       if (!best || trial.merit < best->merit) best = std::move(trial);
     } catch (const Error& error) {
       problem = error;

@@ -23,6 +23,11 @@ inline constexpr int kGroupColumns = 10, kGroupRows = 8;
 /// The point in the rig's frame, by the state's own length.
 std::optional<Vec3> place(const RoomPoints& points, const RoomState& state, int index);
 
+/// Of the points in use some, as many of each light map: enough for a start and for outliers to be found. All where there
+/// are not many.
+std::vector<char> evenly_by_map(const RoomPoints& points, const std::vector<char>& used);
+RoomPoints part_of(const RoomPoints& points, const std::vector<char>& chosen);
+
 /// Solves for one set of points. A part that is refused throws Error.
 class Route {
  public:
@@ -43,6 +48,7 @@ class Route {
   void check_names() const;
   /// With cameras whose lens is not known: by the focal length that explains the light best.
   RoomState start() const;
+  RoomState start_with(const RoomPoints& points) const;
   void prepare();
   void reject();
   void fit_without_loss();

@@ -100,6 +100,17 @@ TEST(CalibrateRoom, ChainOfFourCamerasAndThreeProjectors) {
   expect_near_truth(world, result);
 }
 
+/// The start and the search for outliers use a part of many points, the result all of them.
+TEST(CalibrateRoom, OfManyPointsAllCount) {
+  const NumericWorld world = numeric_world(2, 1, 2);
+  const RoomPoints points = read_points(world, 10, {0.05, 0.02, 9});
+  ASSERT_GT(points.points.size(), 10000u);
+  const RoomCalibration result = solve(world, points, known_cameras(world));
+  expect_near_truth(world, result);
+  // One in ten is held out; of 2 % of the readings that are off each rejects its point.
+  EXPECT_GT(result.points, 0.8 * double(points.points.size()));
+}
+
 /// A camera whose lens came from a board, with its covariance: the error of that lens is part of the result's.
 TEST(CalibrateRoom, CarriesTheKnownLensCovariance) {
   const NumericWorld world = numeric_world(1, 2, 1);

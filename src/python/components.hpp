@@ -19,6 +19,7 @@ void bind_calibrate(pybind11::module_& m);
 void bind_render(pybind11::module_& m);
 void bind_track(pybind11::module_& m);
 void bind_track_surfaces(pybind11::module_& m);
+void bind_track_wire(pybind11::module_& m);
 void bind_simulate(pybind11::module_& m);
 void bind_simulate_room(pybind11::module_& m);
 void bind_session_views(pybind11::module_& m);

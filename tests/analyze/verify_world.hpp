@@ -110,7 +110,7 @@ struct VerifyWorld {
     }
   }
 
-  /// 15 x 11 marks over the picture (at step 1), where the camera truly sees them.
+  /// 15 x 11 marks over the picture (at step 1), where they fall on the wall and the camera truly sees them.
   std::vector<LightPoint> marks(std::uint64_t seed) const {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal;
@@ -123,6 +123,7 @@ struct VerifyWorld {
         mark.projector_pixel = Vec2(63.5 + 64 * x, 47.5 + 64 * y);
         const auto ray = lamp.projector.emit(mark.projector_pixel);
         const auto lit = on_wall(lamp.rig_from_projector * *ray, true_rig_from_surface);
+        if (!lit) continue;  // past the curved wall's edge
         const auto seen = eye.camera.project(eye.rig_from_camera.inverse() * *lit);
         if (!seen || !eye.camera.size.contains(*seen)) continue;
         mark.camera_pixel = *seen + noise_px * Vec2{normal(random), normal(random)};

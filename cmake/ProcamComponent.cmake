@@ -26,7 +26,7 @@ endif()
 
 # Unoptimised code compiles in half the time or less. For builds that are tested and not installed (presets ci and asan).
 set(PROCAM_UNOPTIMISED "" CACHE STRING
-  "Components to compile without optimisation; also \"tests\", \"examples\", \"tools\", \"python\", \"fuzz\"")
+  "Components to compile without optimisation; also \"tests\", \"examples\", \"tools\", \"python\", \"fuzz\", \"bench\"")
 
 # Compiles a program without optimisation where PROCAM_UNOPTIMISED names its group. A template has instances in many objects,
 # and the linker takes the first: the libraries' objects come before the program's, so that optimised instances are used.
@@ -209,8 +209,11 @@ endfunction()
 # to `ctest -L long`. (One label each: gtest_discover_tests() drops the second of a list.) FIRST are begun before all
 # others: they take minutes, and little of a core. ALONE run beside no other test: they look at the time of each frame.
 # OPTIMISED are those that compute images or solve themselves: without, they would take longer than their compilation.
+# BRIEF are programs whose tests take milliseconds each: with PROCAM_TEST_SHARDS=n, n entries "<name>.<i>_of_<n>" run their tests
+# (GoogleTest's sharding), as OpenCV's libraries take 0.1 to 0.2 s to load.
+set(PROCAM_TEST_SHARDS 0 CACHE STRING "Run the programs of brief tests by so many ctest entries each; 0: an entry for each test")
 function(procam_test name)
-  cmake_parse_arguments(arg "OPTIMISED" "SLOW;LONG;FIRST;ALONE" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "OPTIMISED;BRIEF" "SLOW;LONG;FIRST;ALONE" "SOURCES;LINK" ${ARGN})
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${arg_LINK} procam_warnings procam_test_support)
   if(NOT arg_OPTIMISED)
@@ -224,8 +227,16 @@ function(procam_test name)
     endif()
   endforeach()
   set(others ${arg_SLOW} ${arg_LONG} ${arg_FIRST} ${arg_ALONE})
-  if(others)
-    list(JOIN others ":" others)
+  list(JOIN others ":" others)
+  if(arg_BRIEF AND PROCAM_TEST_SHARDS GREATER 0)
+    foreach(shard RANGE 1 ${PROCAM_TEST_SHARDS})
+      math(EXPR index "${shard} - 1")
+      set(entry ${name}.${shard}_of_${PROCAM_TEST_SHARDS})
+      add_test(NAME ${entry} COMMAND test_${name} --gtest_filter=-${others})
+      set_tests_properties(${entry} PROPERTIES TIMEOUT ${seconds_1500}
+        ENVIRONMENT "GTEST_TOTAL_SHARDS=${PROCAM_TEST_SHARDS};GTEST_SHARD_INDEX=${index}")
+    endforeach()
+  elseif(others)
     gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "-${others}" PROPERTIES TIMEOUT ${seconds_600})
   else()
     gtest_discover_tests(test_${name} ${discovery} PROPERTIES TIMEOUT ${seconds_600})

@@ -26,22 +26,6 @@ constexpr double kFramesPerSecond = 10, kEnd = 26;
 constexpr std::array<double, 2> kBumps{6, 16};  // seconds
 const Vec2 kPoster(0.96, 0.64);                 // metres
 
-/// The rig's frame is the world, and the camera's: z forward, x right, y down.
-Rig calibrated_rig() {
-  Rig rig;
-  Vec6 place;
-  place << -0.11, -0.10, 0.02, 0.31, 0.05, 0.03;
-  rig.cameras.push_back(
-      {"camera",
-       {{640, 480}, {640, 633, 322, 251, 0.4}, BrownConrady{{-0.17, 0.05, 0.0009, -0.0006, 0}}},
-       Pose()});
-  rig.projectors.push_back(
-      {"projector",
-       {{{1024, 768}, {1490, 1478, 530, 702, -0.8}, BrownConrady{{-0.04, 0.01, -0.0005, 0.0006, 0}}}},
-       se3_exp(place)});
-  return rig;
-}
-
 /// The middle of the content, on a wall that is not quite before the rig.
 Pose rig_from_middle() {
   return Pose(so3_exp(Vec3(0.07, 0.16, -0.02)), Vec3(0.06, -0.2, 2.1));
@@ -153,7 +137,8 @@ int main(int argc, char** argv) try {
   }
   const std::filesystem::path out = argv[2];
   const ImageU8 picture = io::load_image(argv[1]).image;
-  const Rig rig = calibrated_rig();
+  // The rig's frame is the world.
+  const Rig rig = examples::camera_with_projector({640, 633, 322, 251, 0.4}, {1490, 1478, 530, 702, -0.8});
   const simulate::Room room = wall_with_tape();
   WallShow alone(rig, picture), corrected(rig, picture);
   alone.draw(rig.projector().rig_from_projector);

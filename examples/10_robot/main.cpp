@@ -32,21 +32,6 @@ constexpr double kMessages = 10, kLatency = 0.05, kCorrelation = 3, kCameraDelay
                  kDisplayDelay = 0.035;
 const Vec2 kPoster(0.90, 0.60);  // metres
 
-Rig calibrated_rig() {
-  Rig rig;
-  Vec6 place;
-  place << -0.11, -0.10, 0.02, 0.31, 0.05, 0.03;
-  rig.cameras.push_back(
-      {"camera",
-       {{640, 480}, {560, 554, 322, 251, 0.4}, BrownConrady{{-0.17, 0.05, 0.0009, -0.0006, 0}}},
-       Pose()});
-  rig.projectors.push_back(
-      {"projector",
-       {{{1024, 768}, {1190, 1178, 530, 702, -0.8}, BrownConrady{{-0.04, 0.01, -0.0005, 0.0006, 0}}}},
-       se3_exp(place)});
-  return rig;
-}
-
 /// Axes of something that looks along x, its own being x right, y down, z ahead.
 Eigen::Quaterniond looking_ahead() {
   Mat3 axes;
@@ -195,7 +180,7 @@ int main(int argc, char** argv) try {
   }
   const std::filesystem::path out = argv[2];
   const ImageU8 picture = io::load_image(argv[1]).image;
-  const Rig rig = calibrated_rig();
+  const Rig rig = examples::camera_with_projector({560, 554, 322, 251, 0.4}, {1190, 1178, 530, 702, -0.8});
   WatchCamera camera(rig);
   Localiser localiser;
   std::array<show::Projection, 2> shows{projection(rig, picture), projection(rig, picture)};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "procam/core/geometry/plane.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/device/video_file.hpp"
 #include "procam/io/image/images.hpp"
@@ -18,6 +19,19 @@
 namespace procam::examples {
 
 inline constexpr double kTape = 0.012;  ///< width of the tape, metres
+
+/// A camera, whose frame is the rig's (z ahead, x right, y down), and a projector beside it.
+inline Rig camera_with_projector(const Intrinsics& camera, const Intrinsics& projector) {
+  Rig rig;
+  Vec6 place;
+  place << -0.11, -0.10, 0.02, 0.31, 0.05, 0.03;
+  rig.cameras.push_back(
+      {"camera", {{640, 480}, camera, BrownConrady{{-0.17, 0.05, 0.0009, -0.0006, 0}}}, Pose()});
+  rig.projectors.push_back({"projector",
+                            {{{1024, 768}, projector, BrownConrady{{-0.04, 0.01, -0.0005, 0.0006, 0}}}},
+                            se3_exp(place)});
+  return rig;
+}
 
 /// A sheet in the x, y plane of a frame, metres.
 inline simulate::Body sheet(const std::string& name, const Vec2& low, const Vec2& high, double albedo,

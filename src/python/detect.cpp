@@ -17,7 +17,12 @@ void bind_chessboard(py::module_& m) {
              "than 5x5 pixels.")
       .field("max_sigma_px", &detect::ChessboardOptions::max_sigma_px,
              "A corner whose own sigma is larger than this many pixels is rejected (blur, glare, a\n"
-             "finger).");
+             "finger).")
+      .field("others", &detect::ChessboardOptions::others,
+             "Chessboards that the picture shows as well, as beside a projected board the print:\n"
+             "where this one is not found, the remark does not advise their counts.")
+      .field("counts_advice", &detect::ChessboardOptions::counts_advice,
+             "What the remark on other counts advises, before the counts.");
 
   function(m, "detect_chessboard", &detect::detect_chessboard,
            "All corners of the board that could be refined, each with its covariance. Takes any\n"

@@ -348,6 +348,61 @@ void bind_pose_track(py::module_& m) {
       .method("newest_time", &track::PoseTrack::newest_time, "");
 }
 
+void bind_pose_correction(py::module_& m) {
+  Record<track::PoseCorrectionOptions>(m, "PoseCorrectionOptions", "")
+      .fields_init()
+      .field("track", &track::PoseCorrectionOptions::track,
+             "of the localiser's messages; `delay` also of those that are returned")
+      .field("child_from_rig", &track::PoseCorrectionOptions::child_from_rig,
+             "the rig's place on what the poses tell of")
+      .field("position_sigma", &track::PoseCorrectionOptions::position_sigma,
+             "Standard deviation of the localiser's error along the floor (x, y of the world), metres.")
+      .field("rotation_sigma", &track::PoseCorrectionOptions::rotation_sigma,
+             "Standard deviation of the localiser's error about the world's z axis, radians.")
+      .field("height_sigma", &track::PoseCorrectionOptions::height_sigma, "in z, metres")
+      .field("tilt_sigma", &track::PoseCorrectionOptions::tilt_sigma, "about x and y, radians")
+      .field("correlation", &track::PoseCorrectionOptions::correlation,
+             "correlation time of the error, seconds")
+      .field("max_chi2", &track::PoseCorrectionOptions::max_chi2,
+             "of an image, 6 degrees of freedom at most: 1 in 25 000 by chance")
+      .field("believe_after", &track::PoseCorrectionOptions::believe_after, "refused images")
+      .field("alone_after", &track::PoseCorrectionOptions::alone_after,
+             "seconds without an image, after which the localiser's messages are handed on");
+  Record<track::PoseSight>(
+      m, "PoseSight",
+      "One image's evidence: for rig_from_world = exp(x) * world_from_rig^-1, information A and\n"
+      "score A x.")
+      .fields_init()
+      .field("time", &track::PoseSight::time, "of exposure, local clock")
+      .field("world_from_rig", &track::PoseSight::world_from_rig,
+             "the place that the image was compared with")
+      .field("information", &track::PoseSight::information, "")
+      .field("score", &track::PoseSight::score, "");
+  Record<track::PoseCorrectionStatus>(m, "PoseCorrectionStatus", "")
+      .fields_init()
+      .field("error", &track::PoseCorrectionStatus::error,
+             "at the last image: [rotation, translation], axes of the world")
+      .field("sigma", &track::PoseCorrectionStatus::sigma, "its standard deviations")
+      .field("time", &track::PoseCorrectionStatus::time, "of that image; 0: none yet")
+      .field("chi2", &track::PoseCorrectionStatus::chi2, "of the last image")
+      .field("taken", &track::PoseCorrectionStatus::taken, "")
+      .field("refused", &track::PoseCorrectionStatus::refused, "");
+  Record<track::PoseCorrection>(
+      m, "PoseCorrection",
+      "Poses of a localiser, corrected by what a camera of the rig sees on known surfaces.")
+      .init([](const track::PoseCorrectionOptions& options) { return track::PoseCorrection(options); },
+            "Throws std::invalid_argument for sigmas and times that are not positive.",
+            py::arg_v("options", track::PoseCorrectionOptions{}, "PoseCorrectionOptions()"))
+      .method("add", py::overload_cast<const track::StampedPose&>(&track::PoseCorrection::add),
+              "A localiser's message. Gives the corrected pose of its moment, unless images come.",
+              py::arg("message"))
+      .method("add", py::overload_cast<const track::PoseSight&>(&track::PoseCorrection::add),
+              "An image's evidence. Gives the corrected pose at its exposure; None: refused, or no\n"
+              "message has come yet.",
+              py::arg("sight"))
+      .method("status", &track::PoseCorrection::status, "");
+}
+
 void bind_trajectory(py::module_& m) {
   Record<track::Trajectory> trajectory(m, "Trajectory", "");
   trajectory.fields_init()
@@ -377,6 +432,7 @@ void bind_track(py::module_& m) {
   bind_track_options(m);
   bind_tracked_pose(m);
   bind_pose_track(m);
+  bind_pose_correction(m);
   bind_trajectory(m);
   bind_track_wire(m);
 }

@@ -261,8 +261,18 @@ double Adjustment::solve(RoomState& state) const {
   return scatter(state);
 }
 
-MatX Adjustment::covariance(const RoomState& state, const Layout& layout, const std::vector<int>& group,
-                            int groups, double scale) const {
+int Adjustment::region(const LightReading& reading) const {
+  const int position = points_.maps[std::size_t(reading.map)].position;
+  const ImageSize size = points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].size;
+  const auto cell = [](double at, int pixels, int cells) {
+    return std::clamp(int(cells * at / pixels), 0, cells - 1);
+  };
+  return (reading.map * kRegionRows + cell(reading.camera_pixel.y(), size.height, kRegionRows)) *
+             kRegionColumns +
+         cell(reading.camera_pixel.x(), size.width, kRegionColumns);
+}
+
+MatX Adjustment::covariance(const RoomState& state, const Layout& layout, double scale) const {
   const Normal system = normal(state, layout, 0);
   const MatX data = (system.information - system.prior) / (scale * scale);
   const MatX bread = data + system.prior;
@@ -272,17 +282,17 @@ MatX Adjustment::covariance(const RoomState& state, const Layout& layout, const 
                            .ldlt()
                            .solve(MatX::Identity(layout.size, layout.size)) *
                        unit.asDiagonal();
-  // What each group of neighbouring points pulls: errors that neighbours share do not average out.
-  MatX pulls = MatX::Zero(layout.size, groups);
+  MatX pulls = MatX::Zero(layout.size, Eigen::Index(points_.maps.size()) * kRegionColumns * kRegionRows);
   Rows rows;
   for (int i = 0; i < int(points_.points.size()); ++i) {
-    if (!used[std::size_t(i)] || group[std::size_t(i)] < 0 || !linearise(state, layout, i, rows)) continue;
+    if (!used[std::size_t(i)] || !linearise(state, layout, i, rows)) continue;
     const DepthRows depth = rows.by_depth();
-    if (depth.curvature > 0) rows.add_gradient(pulls.col(group[std::size_t(i)]), depth, 1 / (scale * scale));
+    if (depth.curvature > 0) rows.add_gradient_by_region(pulls, depth, 1 / (scale * scale));
   }
-  // The fit has taken part of the pull away: as many groups' worth as it has parameters.
-  const double left = std::max(1.0, double(groups) - layout.size);
-  const MatX meat = pulls * pulls.transpose() * (groups / left) + system.prior;
+  // The fit has taken part of the pull away: as many regions' worth as it has parameters.
+  const double regions = double((pulls.colwise().squaredNorm().array() > 0).count());
+  const double left = std::max(1.0, regions - layout.size);
+  const MatX meat = pulls * pulls.transpose() * (regions / left) + system.prior;
   const MatX robust = inverse * meat * inverse;
   // By parameter the larger of both, correlations as the robust one has them.
   VecX stretch = VecX::Ones(layout.size);

@@ -85,10 +85,11 @@ class Adjustment {
 
   Layout layout(const RoomState& state) const;
   Normal normal(const RoomState& state, const Layout& layout, double loss_square) const;
-  /// Covariance of the parameters by Layout, first the inverse of the information times `scale`^2, made robust by
-  /// what groups of points say: group[point] >= 0.
-  MatX covariance(const RoomState& state, const Layout& layout, const std::vector<int>& group, int groups,
-                  double scale) const;
+  /// Covariance of the parameters by Layout: by parameter the larger of the inverse of the information times `scale`^2 and
+  /// the cluster-robust one. The errors of a light map are alike in a region of its image, so that the readings there are one
+  /// cluster, whichever points they belong to. (K.-Y. Liang and S. Zeger, "Longitudinal data analysis using generalized linear
+  /// models", Biometrika 73, 1986.)
+  MatX covariance(const RoomState& state, const Layout& layout, double scale) const;
   double scatter(const RoomState& state) const;
   /// Sum of squares of the points in use and of the priors.
   double cost(const RoomState& state) const { return cost(state, layout(state), 0); }
@@ -107,6 +108,9 @@ class Adjustment {
 
  private:
   struct Rows;
+  /// Regions of a light map, by the camera's image.
+  static constexpr int kRegionColumns = 10, kRegionRows = 8;
+  int region(const LightReading& reading) const;
   /// All readings of a point together: sums of squares of the residuals, of the derivatives by the depth, and of both.
   struct DepthRows {
     double square = 0, curvature = 0, slope = 0;

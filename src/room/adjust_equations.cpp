@@ -167,6 +167,7 @@ bool Adjustment::linearise(const RoomState& state, const Layout& layout, int poi
     const LightReading& reading = p.readings[std::size_t(r)];
     const MapDevices& map = points_.maps[std::size_t(reading.map)];
     ReadingRows& row = rows.next();
+    row.region = region(reading);
     const Mat2 whiten = reading.sigma.cwiseInverse().asDiagonal();
     const int projector = projector_pose(map.projector), glass = projector_lens(map.projector);
     const auto light = project_point(state.lenses[std::size_t(glass)],

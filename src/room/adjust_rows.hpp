@@ -45,6 +45,7 @@ struct ReadingRows {
   std::array<std::array<double, kMaxColumns>, 2> by_parameters;
   std::array<Run, kMaxRuns> runs;
   int run_count = 0, columns = 0;
+  int region = 0;  ///< of the light maps: Adjustment::region()
   Vec2 by_depth = Vec2::Zero(), residual = Vec2::Zero();
 
   void clear() {
@@ -63,6 +64,16 @@ struct ReadingRows {
       add_lens(layout.lens[std::size_t(point.lens)],
                PixelByLens(term.by_rig_direction * point.rotation * point.ray_by_lens));
     add_lens(layout.lens[std::size_t(term.lens)], PixelByLens(term.weight * term.projected.by_lens));
+  }
+
+  /// out += J^T right, J by the parameters.
+  void add_product(Eigen::Ref<VecX> out, const Vec2& right) const {
+    for (int r = 0; r < run_count; ++r) {
+      const Run& run = runs[std::size_t(r)];
+      for (int c = 0; c < run.count; ++c)
+        out[run.first + c] += by_parameters[0][std::size_t(run.at + c)] * right[0] +
+                              by_parameters[1][std::size_t(run.at + c)] * right[1];
+    }
   }
 
  private:
@@ -124,22 +135,26 @@ struct Adjustment::Rows {
   /// out += J^T right, `right` by reading: Vec2.
   template <typename Right>
   void add_product(Eigen::Ref<VecX> out, const Right& right) const {
-    for (int i = 0; i < count; ++i) {
-      const ReadingRows& rows = readings[std::size_t(i)];
-      const Vec2 factor = right(rows);
-      for (int r = 0; r < rows.run_count; ++r) {
-        const ReadingRows::Run& run = rows.runs[std::size_t(r)];
-        for (int c = 0; c < run.count; ++c)
-          out[run.first + c] += rows.by_parameters[0][std::size_t(run.at + c)] * factor[0] +
-                                rows.by_parameters[1][std::size_t(run.at + c)] * factor[1];
-      }
-    }
+    for (int i = 0; i < count; ++i)
+      readings[std::size_t(i)].add_product(out, right(readings[std::size_t(i)]));
   }
   /// out += weight J^T r, r the residuals less what the depth can take away.
   void add_gradient(Eigen::Ref<VecX> out, const DepthRows& depth, double weight) const {
     const double along = depth.slope / depth.curvature;
     add_product(
         out, [&](const ReadingRows& rows) { return Vec2(weight * (rows.residual - along * rows.by_depth)); });
+  }
+  /// The same by regions of the light maps, pulls.col(region): with k = b^T J / b^T b, b the derivatives by the depth, reading i
+  /// has the part weight (J_i - b_i k)^T r_i.
+  void add_gradient_by_region(MatX& pulls, const DepthRows& depth, double weight) const {
+    VecX k = VecX::Zero(pulls.rows());
+    add_product(k, [](const ReadingRows& rows) { return rows.by_depth; });
+    k *= weight / depth.curvature;
+    for (int i = 0; i < count; ++i) {
+      const ReadingRows& rows = readings[std::size_t(i)];
+      rows.add_product(pulls.col(rows.region), weight * rows.residual);
+      pulls.col(rows.region) -= k * rows.by_depth.dot(rows.residual);
+    }
   }
   /// The lower triangle of out += weight J^T J.
   void add_information(MatX& out, double weight) const {

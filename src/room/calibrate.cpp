@@ -207,24 +207,9 @@ void Route::check_fit() const {
       "display's own, and that the projectors did not move between the views");
 }
 
-std::vector<int> Route::groups() const {
-  std::vector<int> group;
-  for (const RoomPoint& point : points_.points) {
-    const LightReading& anchor = point.readings[0];
-    const int position = points_.maps[std::size_t(anchor.map)].position;
-    const ImageSize size = points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].size;
-    const int column =
-                  std::clamp(int(kGroupColumns * anchor.camera_pixel.x() / size.width), 0, kGroupColumns - 1),
-              row = std::clamp(int(kGroupRows * anchor.camera_pixel.y() / size.height), 0, kGroupRows - 1);
-    group.push_back((anchor.map * kGroupRows + row) * kGroupColumns + column);
-  }
-  return group;
-}
-
 void Route::find_covariance() {
   layout_ = adjustment_->layout(state_);
-  covariance_ =
-      adjustment_->covariance(state_, layout_, groups(), group_count(), std::max(1e-6, result_.scatter));
+  covariance_ = adjustment_->covariance(state_, layout_, std::max(1e-6, result_.scatter));
 }
 
 RoomCalibration calibrate_room(const RoomPoints& points, const RoomOptions& options) {

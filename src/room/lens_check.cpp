@@ -50,7 +50,7 @@ AdjustOptions freed_options(const LensPlan& plan, const RoomState& state, int th
 void linearise(const Adjustment& adjustment, const PointsInUse& in_use, FreedRig& rig) {
   const double scale = std::max(1e-6, in_use.scatter);
   rig.layout = adjustment.layout(rig.state);
-  rig.covariance = adjustment.covariance(rig.state, rig.layout, in_use.group, in_use.groups, scale);
+  rig.covariance = adjustment.covariance(rig.state, rig.layout, scale);
   const Normal normal = adjustment.normal(rig.state, rig.layout, 0);
   rig.information = (normal.information - normal.prior) / (scale * scale) + normal.prior;
 }

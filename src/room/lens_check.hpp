@@ -7,11 +7,9 @@
 
 namespace procam::room {
 
-/// Points that take part, their groups of neighbours, as Adjustment has them, and their scatter.
+/// Points that take part, as Adjustment has them, and their scatter.
 struct PointsInUse {
   std::vector<char> used;
-  std::vector<int> group;
-  int groups = 0;
   double scatter = 0;  ///< by the known lenses
 };
 

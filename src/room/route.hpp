@@ -17,8 +17,6 @@ namespace procam::room {
 
 /// Of the points one in so many is held out.
 inline constexpr int kHeldOutEvery = 10;
-/// Groups of neighbouring points in a camera image.
-inline constexpr int kGroupColumns = 10, kGroupRows = 8;
 
 /// The point in the rig's frame, by the state's own length.
 std::optional<Vec3> place(const RoomPoints& points, const RoomState& state, int index);
@@ -38,11 +36,10 @@ class Route {
  private:
   int positions() const { return int(points_.positions.size()); }
   bool held_out(int point) const { return point % kHeldOutEvery == kHeldOutEvery / 2; }
-  int group_count() const { return int(points_.maps.size()) * kGroupColumns * kGroupRows; }
   static bool any(const std::vector<char>& chosen) {
     return std::find(chosen.begin(), chosen.end(), 1) != chosen.end();
   }
-  PointsInUse in_use() const { return {adjustment_->used, groups(), group_count(), result_.scatter}; }
+  PointsInUse in_use() const { return {adjustment_->used, result_.scatter}; }
 
   // The solution: calibrate.cpp.
   void check_names() const;
@@ -54,7 +51,6 @@ class Route {
   void fit_without_loss();
   double mean_variance(int point) const;
   void check_fit() const;
-  std::vector<int> groups() const;
   void find_covariance();
 
   // Known lenses against the light: known_lenses.cpp.

@@ -85,7 +85,9 @@ bool PoseCorrection::State::take(const PoseSight& sight, const Pose& of_localise
   }
   const Mat6 information = jacobian.transpose() * sight.information * jacobian;
   const Vec6 score = jacobian.transpose() * (sight.score - sight.information * start);
-  // With P^-1 + A the innovation's chi-square is b^T (A^-1 b - ..) where A is singular: b^T (A + A P A)^+ b.
+  // The score b has the covariance A + A P A: A the information of the sight, P the covariance of the error before. A may be
+  // singular (one bare wall). With P = L L^T and the eigenvalues a of L^T A L, the parts of L^T b along the eigenvectors have
+  // the variances a + a^2; where a is 0 the sight says nothing.
   const Mat6 root = known.llt().matrixL();
   const Eigen::SelfAdjointEigenSolver<Mat6> seen(Mat6(root.transpose() * information * root));
   const Vec6 along = seen.eigenvectors().transpose() * (root.transpose() * score);

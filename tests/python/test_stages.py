@@ -80,6 +80,29 @@ def test_poses_are_tracked_and_predicted():
     assert isinstance(procam.track.to_binary(parsed.poses[0]), bytes)
 
 
+def test_an_image_corrects_the_poses_of_a_localiser():
+    """The localiser is 20 mm off along x; an image that sees all directions says so."""
+    base_from_rig = procam.Pose([-0.5, 0.5, -0.5, 0.5], [0.2, -0.07, 0.8])
+    off = procam.Pose([0, 0, 0, 1], [0.02, 0, 0])
+    options = procam.track.PoseCorrectionOptions(child_from_rig=base_from_rig, position_sigma=0.03)
+    correction = procam.track.PoseCorrection(options)
+    with pytest.raises(ValueError):
+        procam.track.PoseCorrection(procam.track.PoseCorrectionOptions(correlation=-1))
+    said = None
+    for i in range(20):
+        message = procam.track.StampedPose(arrival=10 + 0.1 * i, frame="map", child="base", frame_from_child=off)
+        said = correction.add(message)
+    assert said.frame_from_child.translation[0] == pytest.approx(0.02, abs=1e-6)  # no image yet: handed on
+    seen = off * base_from_rig
+    increment = procam.se3_log(base_from_rig.inverse() * seen)
+    information = 1e8 * numpy.eye(6)
+    sight = procam.track.PoseSight(time=11.9, world_from_rig=seen, information=information, score=information @ increment)
+    corrected = correction.add(sight)
+    assert corrected.frame_from_child.translation[0] == pytest.approx(0, abs=2e-4)
+    status = correction.status()
+    assert status.taken == 1 and status.refused == 0 and status.error[3] == pytest.approx(-0.02, abs=2e-4)
+
+
 def test_markers_place_the_camera():
     session = world()
     camera = session.views[0].rig.camera().camera

@@ -170,23 +170,10 @@ inline const simulate::LiveView& RobotWorld::view(const Pose& world_from_base) {
   }
   Camera inverse = rig_.projector().projector.inverse_camera;
   std::get<BrownConrady>(inverse.distortion).coefficients[4] -= c_.lens_error;
-  simulate::RoomLight light{{inverse}, world_from_projector(world_from_base), {}};
-  light.gamma = simulate::kSrgb;
-  light.black = 0.001;
-  light.blur_px = 0.7;
-  simulate::LiveViewOptions seen;
-  seen.view.exposure = exposure_;
-  seen.view.brightest_grey = 210;
-  seen.view.camera_blur_px = 0.6;
-  seen.view.vignetting = 3;
-  seen.view.gamma = 2.2;
-  seen.view.noise = {2, 0.02};
-  seen.view.seed = c_.seed;
-  seen.view.threads = 1;
-  seen.view.adaptive = true;
-  seen.glare = 0.02;
-  view_ = std::make_unique<simulate::LiveView>(room, rig_.camera().camera, world_from_base * base_from_rig(),
-                                               light, seen);
+  view_ = std::make_unique<simulate::LiveView>(
+      room, rig_.camera().camera, world_from_base * base_from_rig(),
+      watch::test::everyday_light({inverse}, world_from_projector(world_from_base)),
+      watch::test::everyday_camera(exposure_, 2.2, 2, c_.seed));
   exposure_ = view_->exposure();
   seen_from_ = world_from_base;
   return *view_;

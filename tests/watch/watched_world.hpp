@@ -119,6 +119,31 @@ inline ImageU8 picture(Content content, double time, std::uint64_t seed,
   return image;
 }
 
+/// A camera of everyday quality; exposure 0: by its first image.
+inline simulate::LiveViewOptions everyday_camera(double exposure, double gamma, double noise,
+                                                 std::uint64_t seed) {
+  simulate::LiveViewOptions seen;
+  seen.view.exposure = exposure;
+  seen.view.brightest_grey = 210;
+  seen.view.camera_blur_px = 0.6;
+  seen.view.vignetting = 3;
+  seen.view.gamma = gamma;
+  seen.view.noise = {noise, 0.02};
+  seen.view.seed = seed;
+  seen.view.threads = 1;
+  seen.view.adaptive = true;
+  seen.glare = 0.02;
+  return seen;
+}
+/// A projector's light as the room gets it.
+inline simulate::RoomLight everyday_light(const Projector& projector, const Pose& room_from_projector) {
+  simulate::RoomLight light{projector, room_from_projector, {}};
+  light.gamma = simulate::kSrgb;
+  light.black = 0.001;
+  light.blur_px = 0.7;
+  return light;
+}
+
 struct WorldOptions {
   std::vector<Wall> walls = one_wall();
   Content content = Content::kVideo;
@@ -229,22 +254,10 @@ class WatchedWorld {
     Camera camera = rig_.camera().camera, inverse = rig_.projector().projector.inverse_camera;
     std::get<BrownConrady>(camera.distortion).coefficients[4] += options_.lens_error;
     std::get<BrownConrady>(inverse.distortion).coefficients[4] -= options_.lens_error;
-    simulate::RoomLight light{{inverse}, se3_exp(projector_moved) * rig_.projector().rig_from_projector, {}};
-    light.gamma = simulate::kSrgb;
-    light.black = 0.001;
-    light.blur_px = 0.7;
-    simulate::LiveViewOptions seen;
-    seen.view.exposure = exposure_;
-    seen.view.brightest_grey = 210;
-    seen.view.camera_blur_px = 0.6;
-    seen.view.vignetting = 3;
-    seen.view.gamma = options_.gamma;
-    seen.view.noise = {options_.noise, 0.02};
-    seen.view.seed = options_.seed;
-    seen.view.threads = 1;
-    seen.view.adaptive = true;
-    seen.glare = 0.02;
-    view = std::make_unique<simulate::LiveView>(room, camera, Pose(), light, seen);
+    view = std::make_unique<simulate::LiveView>(
+        room, camera, Pose(),
+        everyday_light({inverse}, se3_exp(projector_moved) * rig_.projector().rig_from_projector),
+        everyday_camera(exposure_, options_.gamma, options_.noise, options_.seed));
     exposure_ = view->exposure();
     return *view;
   }

@@ -86,9 +86,9 @@ class Adjustment {
   Layout layout(const RoomState& state) const;
   Normal normal(const RoomState& state, const Layout& layout, double loss_square) const;
   /// Covariance of the parameters by Layout: by parameter the larger of the inverse of the information times `scale`^2 and
-  /// the cluster-robust one. The errors of a light map are alike in a region of its image, so that the readings there are one
-  /// cluster, whichever points they belong to. (K.-Y. Liang and S. Zeger, "Longitudinal data analysis using generalized linear
-  /// models", Biometrika 73, 1986.)
+  /// the cluster-robust one. The errors of a light map are alike in a region of its image: the readings there are one cluster,
+  /// also those of different points. (K.-Y. Liang and S. Zeger, "Longitudinal data analysis using generalized linear models",
+  /// Biometrika 73, 1986.)
   MatX covariance(const RoomState& state, const Layout& layout, double scale) const;
   double scatter(const RoomState& state) const;
   /// Sum of squares of the points in use and of the priors.

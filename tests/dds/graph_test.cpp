@@ -263,24 +263,31 @@ TEST(Ros2Graph, SimulatedTimeIsFollowedThroughPausesAndJumps) {
       return !poses.empty() && poses.back().frame_from_child.translation.isApprox(last.translation, 1e-9);
     }));
   };
+  // A busy machine may read a clock message long before the pose of the same moment, but then poses are that far apart too.
+  const auto expect_local_stamps = [&] {
+    double longest_gap_s = 0;
+    for (std::size_t i = 1; i < poses.size(); ++i) {
+      longest_gap_s = std::max(longest_gap_s, poses[i].arrival - poses[i - 1].arrival);
+      EXPECT_GE(*poses[i].stamp, *poses[i - 1].stamp);
+    }
+    for (const StampedPose& pose : poses)
+      EXPECT_NEAR(*pose.stamp, pose.arrival, 0.05 + longest_gap_s) << "stamps are of the local clock";
+  };
+  const double begin = steady_now();
   drive(5000, 40);
   ASSERT_GE(poses.size(), 30u);
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    EXPECT_NEAR(*poses[i].stamp, poses[i].arrival, 0.05) << "stamps are of the clock of here";
-    EXPECT_GE(*poses[i].stamp, *poses[i - 1].stamp);
-  }
-  const double span = *poses.back().stamp - *poses.front().stamp;
-  EXPECT_LT(span, 1.5) << "1.6 s of simulated time are 0.4 s and the time of a busy machine";
+  expect_local_stamps();
+  EXPECT_LT(*poses.back().stamp - *poses.front().stamp, steady_now() - begin)
+      << "1.6 s of simulated time are 0.4 s of local time, or as long as a busy machine took";
   expect_equal(poses.back().frame_from_child, some_pose(39) * some_pose(7));
-  // It stands: the pose does not grow old.
+  // The simulation pauses: the pose does not grow old.
   poses.clear();
-  for (int k = 0; k < 20; ++k) {
+  EXPECT_TRUE(wait_until([&] {
     tick(5000 + 0.04 * 39);
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
     take();
-  }
-  ASSERT_GE(poses.size(), 10u);
-  EXPECT_GT(*poses.back().stamp - *poses.front().stamp, 0.1);
+    return poses.size() >= 10 && *poses.back().stamp - *poses.front().stamp > 0.1;
+  }));
+  ASSERT_FALSE(poses.empty());
   expect_equal(poses.back().frame_from_child, some_pose(39) * some_pose(7));
   // It is set back: the frames that move are known anew, the static ones still.
   poses.clear();
@@ -289,7 +296,7 @@ TEST(Ros2Graph, SimulatedTimeIsFollowedThroughPausesAndJumps) {
   drive(5000.8, 10);
   ASSERT_GE(poses.size(), 5u);
   expect_equal(poses.back().frame_from_child, some_pose(9) * some_pose(7));
-  EXPECT_NEAR(*poses.back().stamp, poses.back().arrival, 0.05);
+  expect_local_stamps();
 }
 
 /// Half a metre a simulated second, at four times the speed, are two metres a second here.
@@ -322,7 +329,7 @@ TEST(Ros2Graph, TwistsAreScaledToTheRateOfSimulatedTime) {
   const StampedPose &first = poses.front(), &last = poses.back();
   const double speed = (last.frame_from_child.translation.x() - first.frame_from_child.translation.x()) /
                        (*last.stamp - *first.stamp);
-  EXPECT_GT(speed, 1.2);
+  EXPECT_GT(speed, 0.7) << "2 m/s, less where the machine is busy; unscaled it is 0.5";
   EXPECT_NEAR((*last.twist)[3], speed, 0.2 * speed);
 }
 

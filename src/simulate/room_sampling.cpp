@@ -1,56 +1,20 @@
 #include "room_sampling.hpp"
 
 #include <array>
-#include <limits>
 
-#include "caster.hpp"
 #include "defocus.hpp"
 #include "procam/core/base/parallel.hpp"
 #include "procam/core/geometry/se3.hpp"
-#include "ray_grid.hpp"
+#include "room_lights.hpp"
 
 namespace procam::simulate::internal {
 namespace {
 
 constexpr int kCameraTile = 16;  ///< pixels, a multiple of kRayCell; a row of tiles is one piece of work
-constexpr int kLightTile = 32;   ///< projector pixels
 
 /// Columns [x, x_end), rows [y, y_end).
 struct PixelBox {
   int x, x_end, y, y_end;
-};
-
-/// One light before the room, at one moment.
-struct LightEye {
-  Caster caster;
-  Pose light_from_camera;
-  Mat3 light_rotation;  ///< of that pose
-};
-
-/// Camera and lights at the moment of one row.
-struct Eyes {
-  Caster camera;
-  std::vector<LightEye> lights;
-};
-
-/// The projector pixel that lights a point, with how much at full light, and its depth before the projector.
-struct Arriving {
-  Vec2 projector_pixel;
-  double irradiance, depth;
-};
-
-/// Points that one flat body shows to a cell's rays.
-struct FlatPoints {
-  static constexpr std::size_t kMax = kRayCell * kRayCell * kMaxPerAxis * kMaxPerAxis;
-  struct Point {
-    Vec3 in_camera;
-    std::size_t ray;  ///< number of the ray, or of the pixel for its centre
-    double level;
-  };
-  int body;
-  Vec3 normal;  ///< of the body, against the rays
-  std::size_t count = 0;
-  std::array<Point, kMax> points;
 };
 
 /// What a pixel's centre meets, for the plane that stands for all of the pixel.
@@ -59,14 +23,6 @@ struct CentrePlane {
   std::int32_t facet = -1;
   bool front = true;
   bool waits = false;  ///< for the second pass
-};
-
-/// How one light falls on a flat body within a cell.
-struct FlatLight {
-  Share hidden;       ///< all: dark
-  bool one_by_one;    ///< every point has to be asked by itself: a border of the light is near
-  double height = 0;  ///< of the light above the body's plane
-  const Candidates* shade = nullptr;
 };
 
 class RoomTracer {
@@ -78,21 +34,16 @@ class RoomTracer {
         camera_(camera),
         room_from_camera_(room_from_camera),
         lights_(lights),
+        room_lights_(lights, light_reach),
         options_(options),
         camera_tiles_(camera, Vec2(-0.5, -0.5), Vec2(camera.size.width - 0.5, camera.size.height - 0.5),
                       kCameraTile) {
-    for (std::size_t l = 0; l < lights.size(); ++l) {
-      const Vec2 reach = Vec2::Constant(light_reach[l] + 0.5);
-      const ImageSize size = lights[l].projector.size();
-      light_tiles_.emplace_back(lights[l].projector.inverse_camera, -reach,
-                                Vec2(size.width - 1, size.height - 1) + reach, kLightTile);
-    }
     still_ = room_from_camera.is_still();
     for (const RoomLight& light : lights) still_ = still_ && light.room_from_projector.is_still();
     still_ = still_ || options.row_time == 0;
     if (still_) {
       eyes_.push_back(eyes_at(0));
-      light_candidates_ = light_candidates(eyes_.front(), std::vector<Slack>(lights.size()));
+      light_candidates_ = room_lights_.candidates(room_, eyes_.front(), std::vector<Slack>(lights.size()));
     }
     make_room(camera.size);
   }
@@ -115,7 +66,7 @@ class RoomTracer {
         for (std::size_t l = 0; l < lights_.size(); ++l)
           widen(light_slack[l], middle.lights[l].caster, eyes.lights[l].caster);
       }
-      moving_lights = light_candidates(middle, light_slack);
+      moving_lights = room_lights_.candidates(room_, middle, light_slack);
     }
     const Eyes& middle = still_ ? eyes_.front() : moving[moving.size() / 2];
     const std::vector<std::vector<Candidates>>& in_light = still_ ? light_candidates_ : moving_lights;
@@ -154,9 +105,9 @@ class RoomTracer {
   const Camera& camera_;
   const Motion& room_from_camera_;
   const std::vector<RoomLight>& lights_;
+  RoomLights room_lights_;
   const RoomViewOptions& options_;
   TileIndex camera_tiles_;
-  std::vector<TileIndex> light_tiles_;
   bool still_ = true;
   std::vector<Eyes> eyes_;                                 ///< one, when nothing moves
   std::vector<std::vector<Candidates>> light_candidates_;  ///< by light and tile, likewise
@@ -241,33 +192,6 @@ class RoomTracer {
     slack.angle = std::max(slack.angle, so3_log(between.rotation).norm());
     slack.shift = std::max(slack.shift, between.translation.norm());
   }
-  std::vector<std::vector<Candidates>> light_candidates(const Eyes& eyes,
-                                                        const std::vector<Slack>& slack) const {
-    std::vector<std::vector<Candidates>> found;
-    for (std::size_t l = 0; l < lights_.size(); ++l)
-      found.push_back(light_tiles_[l].candidates(room_, eyes.lights[l].caster.room_from_eye(), 0,
-                                                 light_tiles_[l].rows(), slack[l]));
-    return found;
-  }
-
-  /// What arrives of light l at a point, on the side of `normal`.
-  std::optional<Arriving> arriving(std::size_t l, const Eyes& eyes, const BodyHit& hit, const Vec3& normal,
-                                   const Vec3& point_in_camera,
-                                   const std::vector<Candidates>& in_light) const {
-    const LightEye& eye = eyes.lights[l];
-    const Vec3 to_light = eye.caster.eye_in_body(hit.body) - hit.spot_in_body.point;
-    const double closing = normal.dot(to_light);
-    if (!(closing > 0)) return std::nullopt;
-    const Vec3 point_in_light = eye.light_from_camera * point_in_camera;
-    const std::optional<Vec2> pixel = lights_[l].projector.project(point_in_light);
-    if (!pixel || !light_tiles_[l].contains(*pixel)) return std::nullopt;
-    if (eye.caster.is_hidden(point_in_light, hit.body, in_light[std::size_t(light_tiles_[l].at(*pixel))]))
-      return std::nullopt;
-    const double distance2 = to_light.squaredNorm();
-    return Arriving{*pixel, lights_[l].intensity * closing / (distance2 * std::sqrt(distance2)),
-                    point_in_light.z()};
-  }
-
   /// The side of a body that a ray meets, in the body's frame.
   struct Facing {
     bool front;
@@ -324,7 +248,8 @@ class RoomTracer {
       const double level =
           note_albedo(x, y, first + std::size_t(k), paint.albedo(front, hit.spot_in_body, share));
       for (std::size_t l = 0; l < lights_.size(); ++l)
-        if (const auto light = arriving(l, eyes, hit, facing.smooth_normal, hit.s * direction, in_light[l]))
+        if (const auto light =
+                room_lights_.arriving(l, eyes, hit, facing.smooth_normal, hit.s * direction, in_light[l]))
           note_light(l, first + std::size_t(k), level, *light);
     }
   }
@@ -480,78 +405,18 @@ class RoomTracer {
           point, std::size_t(y) * std::size_t(camera_.size.width) + std::size_t(x), 0};
     });
     for (std::size_t l = 0; l < lights_.size(); ++l) {
-      const FlatLight light = flat_light(l, eyes, body, normal, corners, in_light[l]);
+      const FlatLight light = room_lights_.flat_light(l, eyes, body, normal, corners, in_light[l]);
       if (light.hidden == Share::kAll) continue;
-      each_lit(l, light, eyes, rays, in_light[l],
-               [&](const FlatPoints::Point& point, const Arriving& arriving) {
-                 note_light(l, point.ray, point.level, arriving);
-               });
-      each_lit(l, light, eyes, centres, in_light[l],
-               [&](const FlatPoints::Point& point, const Arriving& arriving) {
-                 note_truth_light(point.ray, l, arriving);
-               });
+      room_lights_.each_lit(l, light, eyes, rays, in_light[l],
+                            [&](const FlatPoints::Point& point, const Arriving& arriving) {
+                              note_light(l, point.ray, point.level, arriving);
+                            });
+      room_lights_.each_lit(l, light, eyes, centres, in_light[l],
+                            [&](const FlatPoints::Point& point, const Arriving& arriving) {
+                              note_truth_light(point.ray, l, arriving);
+                            });
     }
     return true;
-  }
-
-  FlatLight flat_light(std::size_t l, const Eyes& eyes, int body, const Vec3& normal, const CellRays& corners,
-                       const std::vector<Candidates>& in_light) const {
-    const LightEye& eye = eyes.lights[l];
-    const double height = normal.dot(eye.caster.eye_in_body(body));
-    if (!(height > 0)) return {Share::kAll, false};
-    const TileIndex& tiles = light_tiles_[l];
-    CellRays in_this_light;
-    int beyond_lens = 0;
-    Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Vec3 point = eyes.camera.lengths_to_plane(body, corners[k]) * corners[k];
-      in_this_light[k] = eye.light_rotation * point + eye.light_from_camera.translation;
-      const std::optional<Vec2> pixel = lights_[l].projector.project(in_this_light[k]);
-      beyond_lens += !pixel;
-      if (!pixel) continue;
-      low = low.cwiseMin(*pixel);
-      high = high.cwiseMax(*pixel);
-    }
-    if (beyond_lens == 4 || tiles.is_beside(low, high)) return {Share::kAll, false};
-    if (beyond_lens > 0 || !tiles.contains(low) || !tiles.contains(high) || tiles.at(low) != tiles.at(high))
-      return {Share::kSome, true};
-    const Candidates& shade = in_light[std::size_t(tiles.at(low))];
-    return {eye.caster.hidden(in_this_light, body, shade), false, height, &shade};
-  }
-
-  /// use(point, what arrives there) for the points that the light reaches.
-  template <typename Use>
-  void each_lit(std::size_t l, const FlatLight& light, const Eyes& eyes, const FlatPoints& seen,
-                const std::vector<Candidates>& in_light, const Use& use) const {
-    const int body = seen.body;
-    const Camera& lens = lights_[l].projector.inverse_camera;
-    const LightEye& eye = eyes.lights[l];
-    const double strength = lights_[l].intensity * light.height;
-    std::visit(
-        [&](const auto& model) {
-          using Model = std::decay_t<decltype(model)>;
-          for (std::size_t i = 0; i < seen.count; ++i) {
-            const Vec3& point = seen.points[i].in_camera;
-            if constexpr (!std::is_same_v<Model,
-                                          FisheyeDistortion>) {  // which has no formula for known points
-              if (!light.one_by_one) {
-                const Vec3 p = eye.light_rotation * point + eye.light_from_camera.translation;
-                if (light.hidden == Share::kSome && eye.caster.is_hidden(p, body, *light.shade)) continue;
-                const double nearness = 1 / p.z(), distance2 = p.squaredNorm();
-                Vec2 distorted;
-                Model::formula(model.coefficients.data(), p.x() * nearness, p.y() * nearness, distorted.x(),
-                               distorted.y());
-                use(seen.points[i], Arriving{lens.intrinsics.pixel_from_normalized(distorted),
-                                             strength / (distance2 * std::sqrt(distance2)), p.z()});
-                continue;
-              }
-            }
-            const BodyHit hit{body, 1, {eyes.camera.eye_in_body(body) + eyes.camera.in_body(body, point)}};
-            if (const auto one = arriving(l, eyes, hit, seen.normal, point, in_light))
-              use(seen.points[i], *one);
-          }
-        },
-        lens.distortion);
   }
 
   static Vec3 centre_of(int x, int y, const RayCell& cell) {
@@ -594,7 +459,7 @@ class RoomTracer {
                          facing.front, true};
     }
     for (std::size_t l = 0; l < lights_.size(); ++l)
-      if (const auto light = arriving(l, eyes, hit, facing.smooth_normal, point, in_light[l]))
+      if (const auto light = room_lights_.arriving(l, eyes, hit, facing.smooth_normal, point, in_light[l]))
         note_truth_light(std::size_t(y) * std::size_t(camera_.size.width) + std::size_t(x), l, *light);
   }
   void note_seen(int x, int y, int body, const Vec3& point_in_camera, const Eyes& eyes) {

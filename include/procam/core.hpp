@@ -20,6 +20,7 @@
 #include "procam/core/board/board_artwork.hpp"
 #include "procam/core/board/marker.hpp"
 #include "procam/core/board/marker_dictionary.hpp"
+#include "procam/core/geometry/bent_sheet.hpp"
 #include "procam/core/geometry/convex.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/core/geometry/frame_tree.hpp"

@@ -32,6 +32,7 @@ struct Blocks {
   std::vector<std::vector<double>> lenses;
   std::vector<PoseBlock> devices, boards;
   Points3 points;
+  Vec3 curvature;
   std::vector<std::unique_ptr<ceres::LossFunction>> losses;  ///< by view; null: plain least squares
   std::unique_ptr<ceres::Problem> problem;
 };
@@ -66,6 +67,7 @@ std::unique_ptr<Blocks> blocks_of(const BundleState& state, const std::vector<do
   for (const Pose& pose : state.device_from_rig) blocks->devices.push_back(block_from_pose(pose));
   for (const Pose& pose : state.rig_from_board) blocks->boards.push_back(block_from_pose(pose));
   blocks->points = state.points_in_board;
+  blocks->curvature = state.sheet.curvature;
 
   for (const double weight : view_weight) {
     std::unique_ptr<ceres::LossFunction> loss;
@@ -95,6 +97,8 @@ void add_measurement(const BundleState& state, const Measurement& m, std::size_t
   of_residual.push_back(blocks.boards[view].data());
   if (m.observation != nullptr)
     of_residual.push_back(blocks.points[std::size_t(m.observation->point)].data());
+  else
+    of_residual.push_back(blocks.curvature.data());
   blocks.problem->AddResidualBlock(cost.release(), blocks.losses[view].get(), of_residual);
 }
 
@@ -134,10 +138,13 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
     double* point = blocks->points[i].data();
     if (!problem.HasParameterBlock(point)) continue;
     if (options.board_sigma > 0)
-      problem.AddResidualBlock(new PointPrior(printed[i], options.board_sigma), nullptr, point);
+      problem.AddResidualBlock(new PointPrior(printed[i], options.board_sigma, state.sheet), nullptr, point,
+                               blocks->curvature.data());
     else
       problem.SetParameterBlockConstant(point);
   }
+  if (options.board_sigma == 0 && problem.HasParameterBlock(blocks->curvature.data()))
+    problem.SetParameterBlockConstant(blocks->curvature.data());
   return blocks;
 }
 
@@ -153,6 +160,7 @@ std::shared_ptr<ceres::ParameterBlockOrdering> points_first(Blocks& blocks) {
   for (std::vector<double>& lens : blocks.lenses) add(lens.data(), group++);
   for (PoseBlock& device : blocks.devices) add(device.data(), group++);
   for (PoseBlock& board : blocks.boards) add(board.data(), group++);
+  add(blocks.curvature.data(), group);
   return ordering;
 }
 
@@ -187,6 +195,7 @@ BundleResult bundle_adjust(const Correspondences& data, const UsedMask& used, co
   for (std::size_t v = 0; v < start.rig_from_board.size(); ++v)
     result.state.rig_from_board[v] = pose_from_block(blocks->boards[v].data()).normalized();
   result.state.points_in_board = blocks->points;
+  result.state.sheet.curvature = blocks->curvature;
   result.iterations = int(summary.iterations.size());
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.report = summary.BriefReport();

@@ -95,10 +95,11 @@ std::optional<View> view_at(const Usual& usual, const SolvedBundle& solved, cons
     const auto camera = std::size_t(light.camera), projector = std::size_t(light.projector);
     const auto bearing = there.lenses[projector].unproject(light.projector_pixel);
     if (!bearing) continue;
-    const auto place = intersect(there.device_from_rig[projector].inverse() * Ray{Vec3::Zero(), *bearing},
-                                 Plane::of_xy(rig_from_board));
-    if (!place || !usual.paper.contains(Vec2((rig_from_board.inverse() * *place).head<2>()))) continue;
-    const auto pixel = there.lenses[camera].project(there.device_from_rig[camera] * *place);
+    const Pose projector_from_board = there.device_from_rig[projector] * rig_from_board;
+    const auto place = intersect(projector_from_board.inverse() * Ray{Vec3::Zero(), *bearing}, there.sheet);
+    if (!place || !usual.paper.contains(Vec2(place->head<2>()))) continue;
+    const auto pixel =
+        there.lenses[camera].project(there.device_from_rig[camera] * (rig_from_board * *place));
     if (!pixel || !there.lenses[camera].size.contains(*pixel)) continue;
     light.camera_pixel = *pixel;
     view.light_points.push_back(light);

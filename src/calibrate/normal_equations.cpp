@@ -52,6 +52,10 @@ class Linearisation {
       parts.push_back({Block(2, 3), state_.points_in_board[point].data(), {}});
       for (int i = 0; i < 3 && common_.point_at[point] >= 0; ++i)
         parts.back().columns.emplace_back(i, common_.point_at[point] + i);
+    } else {
+      parts.push_back({Block(2, 3), state_.sheet.curvature.data(), {}});
+      for (int i = 0; i < 3 && common_.sheet_at >= 0; ++i)
+        parts.back().columns.emplace_back(i, common_.sheet_at + i);
     }
     std::vector<const double*> parameters;
     std::vector<double*> derivatives;
@@ -137,6 +141,9 @@ CommonParameters::CommonParameters(const Correspondences& data, const UsedMask& 
     for (const char* axis : {".x", ".y", ".z"})
       if (free) names.push_back("board." + std::to_string(i) + axis);
   }
+  if (options.board_sigma == 0) return;
+  sheet_at = size();
+  names.insert(names.end(), {"sheet.c_xx", "sheet.c_xy", "sheet.c_yy"});
 }
 
 BundleState CommonParameters::moved(const BundleState& state, const VecX& step) const {
@@ -152,6 +159,7 @@ BundleState CommonParameters::moved(const BundleState& state, const VecX& step) 
   }
   for (std::size_t i = 0; i < point_at.size(); ++i)
     if (point_at[i] >= 0) out.points_in_board[i] += step.segment<3>(point_at[i]);
+  if (sheet_at >= 0) out.sheet.curvature += step.segment<3>(sheet_at);
   return out;
 }
 
@@ -235,11 +243,19 @@ void add_priors(const Correspondences& data, const BundleState& solution, const 
       all.information += row * row.transpose();
       all.diagonal += row.cwiseAbs2();
     }
-  for (const int at : common.point_at) {
+  const Points3 printed = points_in_board(data.board);
+  for (std::size_t i = 0; i < printed.size(); ++i) {
+    const int at = common.point_at[i], sheet = common.sheet_at;
     if (at < 0) continue;
-    const Vec3 prior = Vec3::Constant(1 / (options.board_sigma * options.board_sigma));
-    all.information.diagonal().segment<3>(at) += prior;
-    all.diagonal.segment<3>(at) += prior;
+    const double weight = 1 / (options.board_sigma * options.board_sigma);
+    all.information.diagonal().segment<3>(at).array() += weight;
+    all.diagonal.segment<3>(at).array() += weight;
+    if (sheet < 0) continue;
+    const Vec3 height = solution.sheet.height_by_curvature(printed[i].head<2>());
+    all.information.block<3, 3>(sheet, sheet) += weight * height * height.transpose();
+    all.information.block<1, 3>(at + 2, sheet) -= weight * height.transpose();
+    all.information.block<3, 1>(sheet, at + 2) -= weight * height;
+    all.diagonal.segment<3>(sheet) += weight * height.cwiseAbs2();
   }
 }
 

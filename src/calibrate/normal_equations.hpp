@@ -9,7 +9,7 @@
 namespace procam::calibrate {
 
 /// Everything that views share, as one vector: free lens parameters and pose increment by device, then the
-/// board's points when they are free.
+/// board's points and the sheet's curvature when they are free.
 struct CommonParameters {
   CommonParameters(const Correspondences& data, const UsedMask& used, const BundleState& state,
                    const BundleOptions& options);
@@ -17,10 +17,11 @@ struct CommonParameters {
   int size() const { return int(names.size()); }
   BundleState moved(const BundleState& state, const VecX& step) const;
 
-  std::vector<std::string> names;              ///< "camera.fx", "projector_from_rig.rx", "board.17.z"
+  std::vector<std::string> names;  ///< "camera.fx", "projector_from_rig.rx", "board.17.z", "sheet.c_xx"
   std::vector<std::vector<int>> free_of_lens;  ///< by device: positions in parameters_of(lens)
   std::vector<int> lens_at, pose_at;           ///< by device: first row; -1 when held
   std::vector<int> point_at;                   ///< by board point: first row; -1 when held
+  int sheet_at = -1;                           ///< first row; -1 when held
   int devices_size = 0;                        ///< rows before the board's points
 };
 

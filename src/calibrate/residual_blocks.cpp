@@ -27,9 +27,11 @@ std::optional<Mat2> pixel_by_sheet(const BundleState& state, int device, const P
   const Pose& device_from_rig = state.device_from_rig[std::size_t(device)];
   using D = Dual<2>;
   const Vec3 in_device = device_from_rig * point;
+  const Vec2 slope = state.sheet.slope((rig_from_board.inverse() * point).head<2>());
   Vec3T<D> moved(D(in_device.x()), D(in_device.y()), D(in_device.z()));
   for (int axis = 0; axis < 2; ++axis) {
-    const Vec3 along = device_from_rig.rotate(rig_from_board.rotate(Vec3(Vec3::Unit(axis))));
+    const Vec3 along =
+        device_from_rig.rotate(rig_from_board.rotate(Vec3(Vec3::Unit(axis) + slope[axis] * Vec3::UnitZ())));
     for (int i = 0; i < 3; ++i) moved[i].v[axis] = along[i];
   }
   const Intrinsics& k = lens.intrinsics;
@@ -112,6 +114,12 @@ std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, 
       model);
 }
 
+BentSheet flat_sheet(const Points3& printed) {
+  Vec2 middle = Vec2::Zero();
+  for (const Vec3& p : printed) middle += p.head<2>() / double(printed.size());
+  return {Vec3::Zero(), middle};
+}
+
 const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device) {
   static const std::vector<LensPrior> none;
   return options.priors.empty() ? none : options.priors[device];
@@ -152,8 +160,11 @@ bool read_at_corner(const Measurement& m) {
 std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light) {
   const auto bearing = state.lenses[std::size_t(light.camera)].unproject(light.camera_pixel);
   if (!bearing) return std::nullopt;
-  return intersect(state.device_from_rig[std::size_t(light.camera)].inverse() * Ray{Vec3::Zero(), *bearing},
-                   Plane::of_xy(state.rig_from_board[std::size_t(view)]));
+  const Pose& rig_from_board = state.rig_from_board[std::size_t(view)];
+  const Pose camera_from_board = state.device_from_rig[std::size_t(light.camera)] * rig_from_board;
+  const auto in_board = intersect(camera_from_board.inverse() * Ray{Vec3::Zero(), *bearing}, state.sheet);
+  if (!in_board) return std::nullopt;
+  return rig_from_board * *in_board;
 }
 
 std::vector<Measurement> measurements_of(const Correspondences& data, int view, int device) {
@@ -233,7 +244,8 @@ std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, 
   return std::visit(
       [&](const auto& camera_model, const auto& projector_model) -> std::unique_ptr<ceres::CostFunction> {
         return std::make_unique<LightPointCost>(camera_model, projector_model, m.light->camera_pixel,
-                                                m.light->projector_pixel, sqrt_information);
+                                                m.light->projector_pixel, sqrt_information,
+                                                state.sheet.centre);
       },
       state.lenses[std::size_t(m.light->camera)].distortion, model);
 }

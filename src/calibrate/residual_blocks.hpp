@@ -40,6 +40,9 @@ std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state,
 std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, const Vec2& pixel,
                                                        const Mat2& sqrt_information);
 
+/// The sheet of points that were printed: flat, about their middle.
+BentSheet flat_sheet(const Points3& printed);
+
 /// A device's priors; none when the options have none.
 const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device);
 

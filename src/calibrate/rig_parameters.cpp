@@ -99,6 +99,7 @@ BundleState state_of(const Rig& rig, const Correspondences& data) {
   }
   state.rig_from_board.resize(data.views.size());
   state.points_in_board = points_in_board(data.board);
+  state.sheet = flat_sheet(state.points_in_board);
   return state;
 }
 

@@ -12,6 +12,8 @@ namespace procam::calibrate {
 namespace {
 
 constexpr double kSigmaShare = 0.01;
+constexpr double kSheetShare =
+    1e-4;  ///< of 35 mm it is 3.5 um: more than the solve's own accuracy, less than noise shows
 constexpr std::size_t kViewsThatShape = 8;  ///< enough to know the shape by; the order of the rest follows
 
 void turn_view(Correspondences& data, BundleState& state, std::size_t view) {
@@ -23,13 +25,21 @@ void turn_view(Correspondences& data, BundleState& state, std::size_t view) {
       state.rig_from_board[view] * Pose(Eigen::Quaterniond(0, 0, 0, 1), printed.front() + printed.back());
 }
 
-}  // namespace
-
-double board_sigma(const Points3& printed) {
+double spacing_of(const Points3& printed) {
   double spacing = 1e300;
   for (std::size_t i = 1; i < printed.size(); ++i)
     spacing = std::min(spacing, (printed[i] - printed[i - 1]).norm());
-  return kSigmaShare * spacing;
+  return spacing;
+}
+
+}  // namespace
+
+double board_sigma(const Points3& printed) {
+  return kSigmaShare * spacing_of(printed);
+}
+
+double sheet_sigma(const Points3& printed) {
+  return kSheetShare * spacing_of(printed);
 }
 
 std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& used, BundleState& state,
@@ -101,44 +111,57 @@ std::optional<double> predicted_holdout(const Correspondences& data, const UsedM
   return sum / views;
 }
 
-double explained_by_shape(const Correspondences& flat_data, const Solution& flat,
-                          const Correspondences& free_data, const Solution& free) {
-  const std::vector<double> weights = view_weights(flat.used, flat.options);
-  double flat_squares = 0, free_squares = 0, count = 0, views = 0;
-  for (std::size_t v = 0; v < flat_data.views.size(); ++v) {
+double explained_by_shape(const Correspondences& simple_data, const Solution& simple,
+                          const Correspondences& general_data, const Solution& general, double freedom,
+                          double freedom_of_general) {
+  const std::vector<double> weights = view_weights(simple.used, simple.options);
+  double simple_squares = 0, general_squares = 0, count = 0, views = 0;
+  for (std::size_t v = 0; v < simple_data.views.size(); ++v) {
     bool counts = false;
-    for (std::size_t d = 0; d < flat_data.devices.size(); ++d) {
-      const auto flat_all = measurements_of(flat_data, int(v), int(d)),
-                 free_all = measurements_of(free_data, int(v), int(d));
-      for (std::size_t i = 0; i < flat_all.size(); ++i) {
-        if (!flat.used[v][d][i] || !free.used[v][d][i]) continue;
-        const auto a = judged_residual(flat.state(), flat_all[i]),
-                   b = judged_residual(free.state(), free_all[i]);
+    for (std::size_t d = 0; d < simple_data.devices.size(); ++d) {
+      const auto simple_all = measurements_of(simple_data, int(v), int(d)),
+                 general_all = measurements_of(general_data, int(v), int(d));
+      for (std::size_t i = 0; i < simple_all.size(); ++i) {
+        if (!simple.used[v][d][i] || !general.used[v][d][i]) continue;
+        const auto a = judged_residual(simple.state(), simple_all[i]),
+                   b = judged_residual(general.state(), general_all[i]);
         if (!a || !b) continue;
-        const Mat2 information = flat.options.noise[d].covariance(a->covariance).inverse();
-        flat_squares += weights[v] * a->residual.dot(information * a->residual);
-        free_squares += weights[v] * b->residual.dot(information * b->residual);
+        const Mat2 information = simple.options.noise[d].covariance(a->covariance).inverse();
+        simple_squares += weights[v] * a->residual.dot(information * a->residual);
+        general_squares += weights[v] * b->residual.dot(information * b->residual);
         count += weights[v];
         counts = true;
       }
     }
     if (counts) views += weights[v];
   }
-  const double freedom = 3 * double(flat.state().points_in_board.size()) - 7,
-               rest = 2.0 * count - 6.0 * views - freedom;
+  const double rest = 2.0 * count - 6.0 * views - freedom_of_general;
   if (freedom < 1 || rest < 1) return 0;
-  const double ratio = ((flat_squares - free_squares) / freedom) / (std::max(free_squares, 1e-12) / rest);
+  const double ratio =
+      ((simple_squares - general_squares) / freedom) / (std::max(general_squares, 1e-12) / rest);
   return (ratio - 1) / std::sqrt(2 / freedom + 2 / rest);
 }
 
-EstimatedShape measure_shape(const Points3& printed, const Points3& points_in_board) {
+EstimatedShape measure_shape(const Correspondences& data, const Solution& solution) {
+  const BundleState& state = solution.state();
+  const Points3 printed = points_in_board(data.board);
   EstimatedShape shape;
   shape.free = true;
+  shape.sheet = state.sheet;
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        if (m.light == nullptr || !solution.used[v][d][std::size_t(m.index)]) continue;
+        const auto place = place_in_rig(state, int(v), *m.light);
+        if (!place) continue;
+        const Vec3 in_board = state.rig_from_board[v].inverse() * *place;
+        shape.largest_of_light = std::max(shape.largest_of_light, std::abs(in_board.z()));
+      }
   Vec3 middle = Vec3::Zero();
   for (const Vec3& p : printed) middle += p / double(printed.size());
   Vec2 moved = Vec2::Zero(), spread = Vec2::Constant(1e-300);
   for (std::size_t i = 0; i < printed.size(); ++i) {
-    const Vec3 offset = points_in_board[i] - printed[i];
+    const Vec3 offset = state.points_in_board[i] - printed[i];
     shape.offsets.push_back(offset);
     shape.in_plane_rms += offset.head<2>().squaredNorm() / double(printed.size());
     shape.out_of_plane_rms += offset.z() * offset.z() / double(printed.size());

@@ -13,6 +13,9 @@ namespace procam::calibrate {
 /// likewise).
 double board_sigma(const Points3& printed);
 
+/// The same of points that lie where the bent sheet has them: no freedom of their own.
+double sheet_sigma(const Points3& printed);
+
 /// Where a board looks the same turned by 180 degrees, its shape does not: turns the order of the views (in
 /// `data`, all devices, and the poses in `state`) that fit the shape better so. Returns the views that were
 /// turned.
@@ -33,14 +36,15 @@ std::optional<double> predicted_holdout(const Correspondences& data, const UsedM
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options);
 
-/// Does the shape explain more than noise would? With S the sum of squared residuals in sigmas over what both
-/// use, m = 3 points - 7 its freedom and r what is left of theirs: the standard errors by which
-///   F = (S_flat - S_free) / m / (S_free / r)
+/// Does the second shape, which has more freedom, explain more than noise would? With S the sum of squared residuals in
+/// sigmas over what both use, m the freedom that the second one has more and r what is left of theirs: the standard errors by which
+///   F = (S_simple - S_general) / m / (S_general / r)
 /// exceeds 1, sqrt(2 / m + 2 / r) each. Noise stays below 1 on average, since the prior takes freedom away.
-double explained_by_shape(const Correspondences& flat_data, const Solution& flat,
-                          const Correspondences& free_data, const Solution& free);
+double explained_by_shape(const Correspondences& simple_data, const Solution& simple,
+                          const Correspondences& general_data, const Solution& general, double freedom,
+                          double freedom_of_general);
 
-/// The state's points against the board as printed.
-EstimatedShape measure_shape(const Points3& printed, const Points3& points_in_board);
+/// The solution's points against the board as printed, and its sheet.
+EstimatedShape measure_shape(const Correspondences& data, const Solution& solution);
 
 }  // namespace procam::calibrate

@@ -244,6 +244,7 @@ Growing begin(Correspondences& data, const Options& options) {
   start.state.device_from_rig.resize(num_devices);
   start.state.rig_from_board.resize(num_views);
   start.state.points_in_board = rig.board;
+  start.state.sheet = flat_sheet(rig.board);
   start.bundle_options.noise.resize(num_devices);
   start.bundle_options.hold_pose.assign(num_devices, false);
   for (const Device& device : data.devices) {

@@ -55,6 +55,7 @@ void bind_bundle_types(py::module_& m) {
       .field("device_from_rig", &calibrate::BundleState::device_from_rig,
              "by device; the first is the identity and stays so")
       .field("rig_from_board", &calibrate::BundleState::rig_from_board, "by view")
+      .field("sheet", &calibrate::BundleState::sheet, "that light points fall on; flat to begin with")
       .field("points_in_board", &calibrate::BundleState::points_in_board,
              "by point: where the board has it, metres; as printed to begin with");
 
@@ -218,6 +219,11 @@ void bind_alternatives(py::module_& m) {
       .field("in_plane_rms", &calibrate::EstimatedShape::in_plane_rms, "metres")
       .field("out_of_plane_rms", &calibrate::EstimatedShape::out_of_plane_rms, "metres")
       .field("largest", &calibrate::EstimatedShape::largest, "metres")
+      .field("sheet", &calibrate::EstimatedShape::sheet, "that the board was printed on")
+      .field("free_points", &calibrate::EstimatedShape::free_points,
+             "every point has a place of its own; else all lie on the sheet")
+      .field("largest_of_light", &calibrate::EstimatedShape::largest_of_light,
+             "metres off the plane of the print's middle, of all light points; 0 without any")
       .field("stretch_x_over_y", &calibrate::EstimatedShape::stretch_x_over_y,
              "How much longer the print's x is than its y, beyond what was stated: 0.002 is 0.2 %.\n"
              "(A common scale cannot be seen by the views; measure a ruler's length on the sheet.)")

@@ -48,10 +48,27 @@ void bind_ray_and_plane(py::module_& m) {
                      "thing's +z.",
                      py::arg("target_from_thing"));
 
-  function(m, Gil::kHeld, "intersect", &procam::intersect,
+  Record<BentSheet> sheet(
+      m, "BentSheet",
+      "z = (c_xx dx^2 + 2 c_xy dx dy + c_yy dy^2) / 2 in the frame of the board that is printed\n"
+      "on it, (dx, dy) = (x, y) - centre.");
+  sheet.fields_init()
+      .field("curvature", &BentSheet::curvature, "c_xx, c_xy, c_yy, 1/metre; zero: flat")
+      .field("centre", &BentSheet::centre, "metres")
+      .method("height_by_curvature", &BentSheet::height_by_curvature, "dz/dcurvature at (x, y).",
+              py::arg("point"))
+      .method("height", &BentSheet::height, "z at (x, y), metres.", py::arg("point"))
+      .method("slope", &BentSheet::slope, "(dz/dx, dz/dy) at (x, y).", py::arg("point"))
+      .method("is_flat", &BentSheet::is_flat, "");
+
+  function(m, Gil::kHeld, "intersect", py::overload_cast<const Ray&, const Plane&>(&procam::intersect),
            "Where the ray meets the plane; nullopt when it is parallel (|cos| <= 1e-12), has no\n"
            "direction, or meets the plane behind its origin.",
            py::arg("ray"), py::arg("plane"));
+  function(m, Gil::kHeld, "intersect", py::overload_cast<const Ray&, const BentSheet&>(&procam::intersect),
+           "Where the ray meets the sheet, of two such points the one that goes over into the flat\n"
+           "sheet's; nullopt when there is none ahead of its origin.",
+           py::arg("ray"), py::arg("sheet"));
 }
 
 /// A pose from matrices, and its products with what is bound after it.

@@ -17,6 +17,8 @@ void bind_world(py::module_& m) {
       .field("white_albedo", &simulate::PrintedBoard::white_albedo, "0..1")
       .field("black_albedo", &simulate::PrintedBoard::black_albedo, "")
       .field("blank", &simulate::PrintedBoard::blank, "more white paper to the right and below, metres")
+      .field("sheet", &simulate::PrintedBoard::sheet,
+             "what the paper is: z of print, margin and blank paper alike")
       .field("artwork", &simulate::PrintedBoard::artwork,
              "What is black (detect::board_artwork). A chessboard's squares need none.");
 
@@ -193,6 +195,9 @@ void bind_conditions(py::module_& m) {
              "power of it")
       .field("lag", &simulate::Conditions::lag, "share of the light before that each capture still shows")
       .field("spot", &simulate::Conditions::spot, "reflection of a lamp on the board, multiple of full scale")
+      .field("bend", &simulate::Conditions::bend,
+             "Metres by which the sheet rises half a metre from the print's middle, like a cylinder\n"
+             "about an axis of any direction.")
       .field("print_scale", &simulate::Conditions::print_scale,
              "true size of the print / size that the session states");
 

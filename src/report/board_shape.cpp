@@ -58,11 +58,16 @@ std::string board_shape(const calibrate::CalibrationResult& result, const Board&
                                         " % longer along its " + (shape.stretch_x_over_y > 0 ? "x" : "y") +
                                         " than stated."
                                   : "";
+  const std::string along_it =
+      shape.free_points ? element("b", "", "Along it") + ": lines, " + shortest(along) + "× magnified; rms " +
+                              millimetres(shape.in_plane_rms) + "."
+      : shape.largest_of_light > 0 ? "Projected points on the same bent sheet lie up to " +
+                                         millimetres(shape.largest_of_light) + " off that plane."
+                                   : "Bent like a sheet: three curvatures.";
   return figure(svg(box(Vec2::Zero(), Vec2(kShapeWidth, height)), "Shape of the board", content),
                 element("b", "", "Off its plane") + ": discs, by area, the largest " + millimetres(max_off) +
                     " (blue into the sheet, orange towards the reader); rms " +
-                    millimetres(shape.out_of_plane_rms) + ". " + element("b", "", "Along it") + ": lines, " +
-                    shortest(along) + "× magnified; rms " + millimetres(shape.in_plane_rms) + "." + stretch +
+                    millimetres(shape.out_of_plane_rms) + ". " + along_it + stretch +
                     " Held-out views are predicted to " + pixels(shape.holdout_free_px) +
                     " px with this shape, to " + pixels(shape.holdout_flat_px) + " px as printed.",
                 "style=\"max-width:560px\"");

@@ -136,6 +136,8 @@ void board_fields(Fields& f, const CalibrationResult& result) {
       board.field("in_plane_rms_mm", 1e3 * result.shape.in_plane_rms);
       board.field("out_of_plane_rms_mm", 1e3 * result.shape.out_of_plane_rms);
       board.field("largest_mm", 1e3 * result.shape.largest);
+      board.field("free_points", result.shape.free_points);
+      board.field("largest_of_light_mm", 1e3 * result.shape.largest_of_light);
     }
     board.field("size_to_measure", result.size_to_measure);
   });

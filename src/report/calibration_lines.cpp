@@ -82,9 +82,14 @@ void add_residuals(const CalibrationResult& result, const ReportInput& input, Li
 
 void add_board(const CalibrationResult& result, Lines& lines) {
   if (result.shape.free)
-    lines.push_back(format(
-        "board      not flat: %.2f mm along and %.2f mm off its plane (rms), at most %.2f mm",
-        1e3 * result.shape.in_plane_rms, 1e3 * result.shape.out_of_plane_rms, 1e3 * result.shape.largest));
+    lines.push_back((result.shape.free_points ? format("board      not flat: points %.2f mm along and ",
+                                                       1e3 * result.shape.in_plane_rms)
+                                              : std::string("board      bent like a sheet: points ")) +
+                    format("%.2f mm off its plane (RMS), max %.2f mm", 1e3 * result.shape.out_of_plane_rms,
+                           1e3 * result.shape.largest) +
+                    (result.shape.largest_of_light > 0
+                         ? format(", projected points max %.1f mm", 1e3 * result.shape.largest_of_light)
+                         : ""));
   lines.push_back("measure    " + result.size_to_measure);
 }
 

@@ -105,6 +105,8 @@ const std::vector<ConditionSetting>& settings_table() {
        [](Conditions& c, const std::string& text) { c.lag = io::parse_share(text); }},
       {"spot", "3", "reflection of a lamp on the board, multiple of full scale",
        [](Conditions& c, const std::string& text) { c.spot = io::parse_share(text); }},
+      {"bend", "6mm", "rise of the sheet half a metre from the print's middle, like a cylinder; 0mm: flat",
+       [](Conditions& c, const std::string& text) { c.bend = always(io::parse_length(text)); }},
       {"print-scale", "98%", "true size of the print / size that session.json states",
        [](Conditions& c, const std::string& text) { c.print_scale = io::parse_share(text); }},
   };

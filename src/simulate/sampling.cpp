@@ -11,16 +11,16 @@
 namespace procam::simulate::internal {
 namespace {
 
-/// A row of rays and where each meets the board's plane.
+/// A row of rays and where each meets the board's sheet.
 struct BoardRow {
   std::vector<RayNode> rays;
-  std::vector<std::optional<Vec2>> on_board_plane;
+  std::vector<std::optional<Vec2>> on_sheet;
 };
 
 BoardRow make_board_row(const Scene& scene, int row) {
   BoardRow made{ray_node_row(scene.camera(), row), {}};
   for (const RayNode& ray : made.rays)
-    made.on_board_plane.push_back(ray.valid ? scene.meet_board_plane(ray.direction_in_camera) : std::nullopt);
+    made.on_sheet.push_back(ray.valid ? scene.meet_sheet(ray.direction_in_camera) : std::nullopt);
   return made;
 }
 
@@ -85,8 +85,8 @@ class ViewSampler {
         const std::size_t i = std::size_t(cell_x);
         const RayCell rays{above.rays[i], above.rays[i + 1], below.rays[i], below.rays[i + 1]};
         if (!rays.valid()) continue;  // beyond the lens: black
-        const Vec2 width = footprint(above.on_board_plane[i], above.on_board_plane[i + 1],
-                                     below.on_board_plane[i], 1.0 / rays_);
+        const Vec2 width =
+            footprint(above.on_sheet[i], above.on_sheet[i + 1], below.on_sheet[i], 1.0 / rays_);
         for (int y = cell_y * kRayCell; y < std::min((cell_y + 1) * kRayCell, size_.height); ++y)
           for (int x = cell_x * kRayCell; x < std::min((cell_x + 1) * kRayCell, size_.width); ++x)
             trace_pixel(x, y, rays, width);

@@ -30,22 +30,23 @@ class Scene {
   std::optional<Hit> hit(const Vec3& direction_in_camera) const;
   /// nullopt from behind, in the board's shadow, or outside the projector's lens.
   std::optional<Lighting> lighting(const Hit& hit) const;
-  /// Where a direction meets the board's plane, in the board's frame; nullopt when it does not.
-  std::optional<Vec2> meet_board_plane(const Vec3& direction_in_camera) const;
+  /// Where a direction meets the board's sheet, or its continuation, x and y in the board's frame; nullopt when it does not.
+  std::optional<Vec2> meet_sheet(const Vec3& direction_in_camera) const;
 
   double white_albedo() const { return white_albedo_; }
   double wall_albedo() const { return wall_albedo_; }
   double ambient() const { return ambient_; }
 
  private:
-  bool on_sheet(const Vec2& point_on_board) const;
+  bool on_paper(const Vec2& point_on_board) const;
 
   Camera camera_;
   Projector projector_;
   double white_albedo_;
-  ArtworkRectangle sheet_;
+  ArtworkRectangle paper_;
+  BentSheet sheet_;
   Pose projector_from_camera_, board_from_camera_, camera_from_board_;
-  Vec3 projector_in_camera_, board_normal_in_camera_;
+  Vec3 projector_in_camera_;
   Plane wall_in_camera_;
   double wall_albedo_, ambient_;
 };

@@ -239,10 +239,18 @@ BoardArtwork scaled(BoardArtwork artwork, double factor) {
   return artwork;
 }
 
+BentSheet bent_sheet(const Board& print, const Range& bend, Random& random) {
+  const double rise = draw(bend, random), axis = random.uniform(0, 2 * kPi);
+  const Vec2 across(std::cos(axis), std::sin(axis));
+  const double curvature = 8 * rise;  // of a parabola: rise = curvature (0.5 m)^2 / 2
+  return {curvature * Vec3(across.x() * across.x(), across.x() * across.y(), across.y() * across.y()),
+          middle_of_print(print).head<2>()};
+}
+
 /// The board as it was printed, the rig, and a wall behind both.
 World make_world(const Recipe& recipe, const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
                  const std::optional<BoardPrint>& print, const Conditions& conditions, Random& random,
-                 Random& random_conditions) {
+                 Random& random_conditions, Random& random_bend) {
   World world;
   world.board = recipe.board;
   if (print) {
@@ -253,6 +261,7 @@ World make_world(const Recipe& recipe, const std::optional<Eigen::AlignedBox2d>&
     world.board.layout = procam::scaled(world.board.layout, conditions.print_scale);
     world.board.artwork = scaled(world.board.artwork, conditions.print_scale);
   }
+  world.board.sheet = bent_sheet(world.board.layout, conditions.bend, random_bend);
   // Print and light share the camera's image: the light's place is half a print right of the axis.
   const ArtworkRectangle dark = print_of(world.board.layout);
   const double print_width = dark.high.x() - dark.low.x() + 2 * world.board.margin;
@@ -380,7 +389,8 @@ SimulatedSession make_session(Level level, std::uint64_t seed,
   const Recipe& recipe = recipe_of(level);
   Random random(seed, std::uint64_t(level), 0);
   Random random_conditions(seed, std::uint64_t(level), 11);  // the poses do not depend on conditions
-  World world = make_world(recipe, on_blank_paper, print, conditions, random, random_conditions);
+  Random random_bend(seed, std::uint64_t(level), 12);
+  World world = make_world(recipe, on_blank_paper, print, conditions, random, random_conditions, random_bend);
 
   SimulatedSession session;
   session.level = level;

@@ -16,11 +16,17 @@ std::optional<Vec2> lit_pixel(const internal::Scene& scene, const Vec2& camera_p
   return lighting->projector_pixel;
 }
 
-std::vector<Observation> observe(const Camera& device, const Pose& device_from_board, const Board& board) {
+Vec3 on_paper(const PrintedBoard& board, const Vec2& point) {
+  return {point.x(), point.y(), board.sheet.height(point)};
+}
+
+std::vector<Observation> observe(const Camera& device, const Pose& device_from_board,
+                                 const PrintedBoard& board) {
   std::vector<Observation> observations;
-  const Points3 points = points_in_board(board);
+  const Points3 points = points_in_board(board.layout);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::optional<Vec2> pixel = device.project(device_from_board * points[i]);
+    const std::optional<Vec2> pixel =
+        device.project(device_from_board * on_paper(board, points[i].head<2>()));
     if (pixel && device.size.contains(*pixel)) observations.push_back({int(i), *pixel});
   }
   return observations;
@@ -61,13 +67,13 @@ Points3 sheet_corners_in_board(const PrintedBoard& board) {
 
 std::vector<Observation> board_in_camera(const World& world) {
   const RigCamera& camera = world.rig.camera();
-  return observe(camera.camera, camera.rig_from_camera.inverse() * world.rig_from_board, world.board.layout);
+  return observe(camera.camera, camera.rig_from_camera.inverse() * world.rig_from_board, world.board);
 }
 
 std::vector<Observation> board_in_projector(const World& world) {
   const RigProjector& projector = world.rig.projector();
   return observe(projector.projector.inverse_camera,
-                 projector.rig_from_projector.inverse() * world.rig_from_board, world.board.layout);
+                 projector.rig_from_projector.inverse() * world.rig_from_board, world.board);
 }
 
 std::optional<Vec2> light_on_sheet(const World& world, const Vec2& projector_pixel) {
@@ -75,7 +81,7 @@ std::optional<Vec2> light_on_sheet(const World& world, const Vec2& projector_pix
   const std::optional<Ray> ray = projector.projector.emit(projector_pixel);
   if (!ray) return std::nullopt;
   const Ray in_board = (world.rig_from_board.inverse() * projector.rig_from_projector) * *ray;
-  const std::optional<Vec3> place = intersect(in_board, Plane{Vec3::UnitZ(), 0});
+  const std::optional<Vec3> place = intersect(in_board, world.board.sheet);
   if (!place) return std::nullopt;
   const Points3 corners = sheet_corners_in_board(world.board);
   if (place->x() < corners[0].x() || place->y() < corners[0].y() || place->x() > corners[2].x() ||
@@ -89,7 +95,7 @@ std::optional<Vec2> camera_pixel_of_light(const World& world, const Vec2& projec
   if (!place) return std::nullopt;
   const RigCamera& camera = world.rig.camera();
   const std::optional<Vec2> pixel = camera.camera.project(
-      camera.rig_from_camera.inverse() * (world.rig_from_board * Vec3(place->x(), place->y(), 0)));
+      camera.rig_from_camera.inverse() * (world.rig_from_board * on_paper(world.board, *place)));
   if (!pixel || !camera.camera.size.contains(*pixel)) return std::nullopt;
   return pixel;
 }

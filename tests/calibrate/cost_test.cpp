@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "procam/calibrate/costs/light_point.hpp"
+#include "procam/calibrate/costs/point_prior.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
 #include "procam/calibrate/costs/shared_corner.hpp"
 
@@ -134,9 +135,9 @@ TEST(ReprojectionCost, FailsForAPointBehindTheLensInsteadOfScoringZero) {
 struct LitSheet {
   Fixture<FisheyeDistortion> seen;
   Fixture<BrownConrady> lit;
-  LightPointCost cost{FisheyeDistortion{}, BrownConrady{}, Vec2(655.0 + 80, 811.0 - 120), Vec2(711.5, 702.25),
-                      seen.sqrt_information};
-  std::array<std::vector<double>, 5> blocks;
+  LightPointCost cost{FisheyeDistortion{}, BrownConrady{},        Vec2(655.0 + 80, 811.0 - 120),
+                      Vec2(711.5, 702.25), seen.sqrt_information, Vec2(0.14, 0.09)};
+  std::array<std::vector<double>, 6> blocks;  ///< the sheet's curvature last: it is bent
 
   LitSheet() {
     std::array<double, 7> camera;
@@ -145,11 +146,12 @@ struct LitSheet {
               std::vector<double>(camera.begin(), camera.end()),
               std::vector<double>(lit.lens.begin(), lit.lens.end()),
               std::vector<double>(lit.device.begin(), lit.device.end()),
-              std::vector<double>(lit.board.begin(), lit.board.end())};
+              std::vector<double>(lit.board.begin(), lit.board.end()),
+              {0.21, -0.13, 0.08}};
   }
   bool evaluate(Vec2& residual, double** jacobians = nullptr) const {
-    const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(), blocks[3].data(),
-                                blocks[4].data()};
+    const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(),
+                                blocks[3].data(), blocks[4].data(), blocks[5].data()};
     return cost.Evaluate(pointers, residual.data(), jacobians);
   }
 };
@@ -157,17 +159,17 @@ struct LitSheet {
 TEST(LightPointCost, DerivativesAreThoseOfFiniteDifferences) {
   LitSheet sheet;
   using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
-  std::array<Block, 5> derivative;
-  double* jacobians[5];
-  for (std::size_t b = 0; b < 5; ++b) {
+  std::array<Block, 6> derivative;
+  double* jacobians[6];
+  for (std::size_t b = 0; b < 6; ++b) {
     derivative[b].resize(2, Eigen::Index(sheet.blocks[b].size()));
     jacobians[b] = derivative[b].data();
   }
   Vec2 residual;
   ASSERT_TRUE(sheet.evaluate(residual, jacobians));
   const Se3Manifold manifold;
-  for (std::size_t b = 0; b < 5; ++b) {
-    const bool is_pose = b != 0 && b != 2;
+  for (std::size_t b = 0; b < 6; ++b) {
+    const bool is_pose = b == 1 || b == 3 || b == 4;
     for (int i = 0; i < (is_pose ? 6 : int(sheet.blocks[b].size())); ++i) {
       const std::vector<double> here = sheet.blocks[b];
       const double h = 1e-6 * (is_pose ? 1 : std::max(1.0, std::abs(here[std::size_t(i)])));
@@ -199,7 +201,7 @@ TEST(SharedCornerCost, DerivativesAreThoseOfFiniteDifferences) {
       std::make_unique<ReprojectionCost<FisheyeDistortion>>(Vec2(640, 700), carry),
       std::make_unique<ReprojectionCost<BrownConrady>>(Vec2(711.5, 702.25), sheet.lit.sqrt_information));
   std::vector<std::vector<double>> blocks(sheet.blocks.begin(), sheet.blocks.end());
-  blocks.push_back({0.13, -0.07, 0.004});
+  blocks.back() = {0.13, -0.07, 0.004};
   using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
   std::vector<Block> derivative(6);
   double* jacobians[6];
@@ -238,6 +240,33 @@ TEST(SharedCornerCost, DerivativesAreThoseOfFiniteDifferences) {
           << "block " << b << " parameter " << i;
     }
   }
+}
+
+TEST(PointPrior, DerivativesAreThoseOfFiniteDifferences) {
+  const PointPrior cost(Vec3(0.31, -0.12, 0), 0.0004, BentSheet{Vec3::Zero(), Vec2(0.14, 0.09)});
+  Vec3 point(0.3102, -0.1199, 0.003), curvature(0.21, -0.13, 0.08);
+  const auto evaluate = [&](double** jacobians) {
+    const double* blocks[] = {point.data(), curvature.data()};
+    Vec3 residual;
+    EXPECT_TRUE(cost.Evaluate(blocks, residual.data(), jacobians));
+    return residual;
+  };
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> derivative[2];
+  double* jacobians[] = {derivative[0].data(), derivative[1].data()};
+  evaluate(jacobians);
+  for (Vec3* block : {&point, &curvature})
+    for (int i = 0; i < 3; ++i) {
+      const double here = (*block)[i];
+      (*block)[i] = here + 1e-4;
+      const Vec3 above = evaluate(nullptr);
+      (*block)[i] = here - 1e-4;
+      const Vec3 expected = (above - evaluate(nullptr)) / 2e-4;
+      (*block)[i] = here;
+      EXPECT_LT((derivative[block == &curvature].col(i) - expected).norm(), 1e-7 * (1 + expected.norm()));
+    }
+  // A point on the bent sheet is where it was printed.
+  point = Vec3(0.31, -0.12, 0.5 * (0.21 * 0.17 * 0.17 + 2 * 0.13 * 0.17 * 0.21 + 0.08 * 0.21 * 0.21));
+  EXPECT_LT(evaluate(nullptr).norm(), 1e-9);
 }
 
 TEST(LightPointCost, FailsWhereTheCameraSeesNoSheet) {

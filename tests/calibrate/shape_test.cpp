@@ -15,10 +15,20 @@ using test::NumericWorld;
 
 /// Detectors promise less than the noise: as on real boards, something is left to explain.
 Correspondences modest(Correspondences data) {
-  for (View& view : data.views)
+  for (View& view : data.views) {
     for (auto& observations : view.observations)
       for (Observation& o : observations) o.covariance *= 0.8;
+    for (LightPoint& light : view.light_points) light.camera_covariance *= 0.8;
+  }
   return data;
+}
+
+/// Of a rig's light at 2 m, mm.
+double light_error(const Rig& rig, const NumericWorld& world) {
+  Rig truth;
+  truth.cameras.push_back({"camera", world.camera, Pose()});
+  truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
+  return analyze::true_light_error(rig, truth, 2).rms_mm;
 }
 
 NumericWorld bent_world(int views, std::uint64_t seed) {
@@ -53,13 +63,7 @@ TEST(BoardShape, OfABentSheetIsFoundAndHelps) {
   const CalibrationResult as_printed = calibrate_rig(data, flat);
   EXPECT_FALSE(as_printed.shape.free);
   EXPECT_GT(as_printed.rms_all_px[0], 2 * automatic.rms_all_px[0]);
-  Rig true_rig;
-  true_rig.cameras.push_back({"camera", world.camera, Pose()});
-  true_rig.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  const auto error = [&](const CalibrationResult& result) {
-    return analyze::true_light_error(result.rig, true_rig, 2).rms_mm;
-  };
-  EXPECT_LT(error(automatic), error(as_printed));
+  EXPECT_LT(light_error(automatic.rig, world), light_error(as_printed.rig, world));
 }
 
 /// Twenty flat sheets: a shape must win by 5 % on held-out views, which noise almost never gives it. One
@@ -70,6 +74,15 @@ TEST(BoardShape, OfAFlatSheetIsLeftAlone) {
   for (std::uint64_t seed = 0; seed < 20; ++seed)
     free +=
         calibrate_rig(modest(NumericWorld::make(6, 200 + seed, 0.1, 0.12).correspondences(seed))).shape.free;
+  EXPECT_LE(free, 1);
+}
+
+/// The same with light beside the print.
+TEST(BoardShape, OfAFlatSheetThatLightFallsOnIsLeftAlone) {
+  int free = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed)
+    free += calibrate_rig(modest(NumericWorld::make(10, 2200 + seed, 0.08, 0).with_projected_board(seed)))
+                .shape.free;
   EXPECT_LE(free, 1);
 }
 
@@ -111,6 +124,38 @@ TEST(BoardShape, IsRefusedByAGateWhenTheSheetIsCrumpled) {
   ASSERT_NE(gate, result.rig.quality.gates.end());
   EXPECT_FALSE(gate->passed);
   EXPECT_NE(gate->detail.find("flat plate"), std::string::npos);
+}
+
+/// Printed and projected chessboards on a sheet that is bent by 6 mm half a metre from the print's middle. The bend is 0.7 mm
+/// at most on the print and 20 mm where light falls. 20 rigs: the light's error is that of flat sheets, which is
+/// 2.1 mm for this noise, and as predicted: the mean of 20 squares of one normal number lies in 0.37 .. 2 in 99 % of runs.
+TEST(BoardShape, OfABentSheetIsKnownWhereLightFallsBesideThePrint) {
+  double squares = 0, predicted = 0;
+  constexpr int kRigs = 20;
+  for (std::uint64_t seed = 0; seed < kRigs; ++seed) {
+    NumericWorld world = NumericWorld::make(12, 3200 + seed, 0.06, 0);
+    world.bend_sheet(0.006);
+    const Correspondences data = modest(world.with_projected_board(seed));
+    const CalibrationResult result = calibrate_rig(data);
+    ASSERT_TRUE(result.shape.free) << seed;
+    EXPECT_FALSE(result.shape.free_points) << seed;
+    EXPECT_LT((result.shape.sheet.curvature - world.sheet.curvature).norm(),
+              0.1 * world.sheet.curvature.norm())
+        << seed;
+    EXPECT_GT(result.shape.largest_of_light, 5 * result.shape.largest);
+    const double error = light_error(result.rig, world);
+    squares += error * error / kRigs;
+    const double expected = analyze::predicted_light_error(result.rig, 2).rms_mm;
+    predicted += expected * expected / kRigs;
+    if (seed > 0) continue;
+    EXPECT_NE(result.diagnostics.find("board_shape"), nullptr);
+    Options flat;
+    flat.board_shape = BoardShape::kFlat;
+    EXPECT_GT(light_error(calibrate_rig(data, flat).rig, world), 10 * error);
+  }
+  EXPECT_LT(std::sqrt(squares), 3) << "mm at 2 m";
+  EXPECT_GT(squares, 0.37 * predicted);
+  EXPECT_LT(squares, 2 * predicted);
 }
 
 }  // namespace

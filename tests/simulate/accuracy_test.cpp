@@ -18,8 +18,14 @@ namespace {
 
 using test::lopsided_world;
 
+World bent(World world) {
+  world.board.sheet = {Vec3(0.9, -0.5, 0.3), Vec2(0.12, 0.09)};  // up to 15 mm off its plane
+  return world;
+}
+
 std::vector<World> poses() {
-  return {lopsided_world(), lopsided_world(Vec3(-0.5, 0.2, -0.15), Vec3(-0.05, 0.06, 1.1)),
+  return {lopsided_world(), bent(lopsided_world()),
+          lopsided_world(Vec3(-0.5, 0.2, -0.15), Vec3(-0.05, 0.06, 1.1)),
           lopsided_world(Vec3(0.02, 0.03, 0.004), Vec3(0.06, -0.03, 0.8)),
           lopsided_world(Vec3(0.1, 0.55, 0.4), Vec3(0.02, 0.01, 0.95))};
 }
@@ -94,8 +100,9 @@ TEST(Capture, ShowsTheBoardsEdgesWhereProjectionPutsThem) {
             // Axis 0: the vertical edge below this corner; axis 1: the horizontal one to its right.
             const EdgeInCamera edge = [&](double t) {
               const Vec3 step = (axis == 0 ? Vec3::UnitY() : Vec3::UnitX()) * board.square_size;
-              return *camera.camera.project(camera_from_board *
-                                            (board.point_in_board(row * board.columns + column) + t * step));
+              Vec3 point = board.point_in_board(row * board.columns + column) + t * step;
+              point.z() = world.board.sheet.height(point.head<2>());
+              return *camera.camera.project(camera_from_board * point);
             };
             if (const auto error = edge_error(edge, axis, 7, level)) errors.values.push_back(*error);
           }
@@ -137,16 +144,17 @@ TEST(Capture, LandsProjectorLightWhereItsRayMeetsTheBoard) {
         for (int along = kStripe / 2; along < projector.size().width; along += kStripe) {
           const Vec2 middle = axis == 0 ? Vec2(across - 0.5, along) : Vec2(along, across - 0.5);
           if (!projector.size().contains(middle + Vec2(12, 12))) continue;
-          const auto landed = projector.intersect(middle, Plane::of_xy(projector_from_board));
-          const Vec3 on_board = projector_from_board.inverse() * *landed;
+          const auto lands = [&](const Vec2& pixel) {
+            return *intersect(projector_from_board.inverse() * *projector.emit(pixel), world.board.sheet);
+          };
+          const Vec3 on_board = lands(middle);
           const double margin = 0.06;
           if (on_board.x() < -margin || on_board.y() < -margin || on_board.x() > 7 * 0.041 + margin ||
               on_board.y() > 4 * 0.041 + margin)
             continue;
           const EdgeInCamera edge = [&](double t) {
             const Vec2 pixel = middle + (t - 0.5) * 10 * (axis == 0 ? Vec2::UnitY() : Vec2::UnitX());
-            return *camera.project(camera_from_projector *
-                                   *projector.intersect(pixel, Plane::of_xy(projector_from_board)));
+            return *camera.project(camera_from_projector * (projector_from_board * lands(pixel)));
           };
           if (const auto error = edge_error(edge, axis, 8, level)) errors.values.push_back(*error);
         }

@@ -136,6 +136,30 @@ TEST(Session, PaperAndHardDepartFromWhatCalibrationAssumes) {
   EXPECT_EQ(easy.capture.gamma, 1);
 }
 
+TEST(Session, ABentSheetIsLitAndSeenWhereItIs) {
+  Conditions conditions = level_conditions(Level::kPaper);
+  const Eigen::AlignedBox2d box(Vec2(63.5, 31.5), Vec2(959.5, 735.5));
+  const SimulatedSession flat = make_session(Level::kPaper, 5, box, {}, conditions);
+  conditions.bend = {0.006, 0.006};
+  const SimulatedSession session = make_session(Level::kPaper, 5, box, {}, conditions);
+  const World& world = session.views.front();
+  const BentSheet& sheet = world.board.sheet;
+  // A cylinder that is 6 mm high half a metre from its middle, across its axis.
+  EXPECT_NEAR(sheet.curvature[0] + sheet.curvature[2], 8 * 0.006, 1e-12);
+  EXPECT_NEAR(sheet.curvature[0] * sheet.curvature[2], sheet.curvature[1] * sheet.curvature[1], 1e-12);
+  EXPECT_EQ(session.rig().camera().camera.intrinsics.fx, flat.rig().camera().camera.intrinsics.fx);
+  const Vec2 shown(700.25, 400.5);
+  const auto place = light_on_sheet(world, shown), seen = camera_pixel_of_light(world, shown);
+  ASSERT_TRUE(place && seen);
+  EXPECT_GT(std::abs(sheet.height(*place)), 0.001);
+  const auto back = projector_pixel_seen_at(world, *seen);
+  ASSERT_TRUE(back);
+  EXPECT_LT((*back - shown).norm(), 1e-6);
+  World as_flat = world;
+  as_flat.board.sheet.curvature.setZero();
+  EXPECT_GT((*camera_pixel_of_light(as_flat, shown) - *seen).norm(), 0.3);
+}
+
 /// A study of one factor changes that factor alone.
 TEST(Session, ConditionsDoNotMoveTheRest) {
   Conditions conditions = level_conditions(Level::kHard);

@@ -3,6 +3,7 @@
 /// everywhere.
 #include <random>
 
+#include "procam/core/geometry/bent_sheet.hpp"
 #include "procam/core/geometry/plane.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/core/rig/observation.hpp"
@@ -21,13 +22,25 @@ struct NumericWorld {
   Board board = Chessboard{9, 6, 0.035};
   std::vector<Pose> camera_from_board;
   double camera_sigma_px = 0, projector_sigma_px = 0;
-  Points3 bend;  ///< by point: where the sheet has it, minus where it was printed; empty for a flat sheet
+  BentSheet sheet;  ///< that the projected board of with_projected_board() falls on
+  Points3 bend;     ///< by point: where the sheet has it, minus where it was printed; empty for a flat sheet
 
   /// A sheet that sags by 1 mm between its ends, curls at one corner and was printed 0.2 % too wide.
   void bend_board() {
     for (const Vec3& p : points_in_board(board))
       bend.emplace_back(0.002 * p.x() - 0.0003, 0.0001 * std::sin(40 * p.x()),
                         0.001 * std::cos(9 * p.x()) + 0.15 * p.x() * p.x() * p.y() - 0.0008);
+  }
+
+  /// A sheet that is bent like a cylinder about an oblique axis, print and blank part alike: by `sag` where it is half a
+  /// metre from the print's middle.
+  void bend_sheet(double sag) {
+    const Points3 printed = points_in_board(board);
+    sheet.centre = 0.5 * (printed.front() + printed.back()).head<2>();
+    const Vec2 across(0.8, -0.6);
+    sheet.curvature =
+        8 * sag * Vec3(across.x() * across.x(), across.x() * across.y(), across.y() * across.y());
+    for (const Vec3& p : printed) bend.emplace_back(0, 0, sheet.height(p.head<2>()));
   }
 
   /// Boards spread over distance and tilt; every one inside the camera's image.
@@ -163,8 +176,7 @@ struct NumericWorld {
         for (int x = 0; x < 9; ++x) {
           const Vec2 shown(120.0 + 95 * x, 90.0 + 85 * y);
           const auto ray = projector.emit(shown);
-          const auto on_sheet =
-              ray ? intersect(projector_from_board.inverse() * *ray, Plane{}) : std::nullopt;
+          const auto on_sheet = ray ? intersect(projector_from_board.inverse() * *ray, sheet) : std::nullopt;
           const auto seen = on_sheet ? camera.project(camera_from_board[v] * *on_sheet) : std::nullopt;
           if (!seen || !camera.size.contains(*seen)) continue;
           LightPoint light;

@@ -2,9 +2,10 @@
 /// Bundle adjustment: all lenses, all device poses, all board poses and, if asked, the board's shape at once,
 /// by Ceres.
 ///
-/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - printed|^2 / board_sigma^2 + the lenses' priors,
+/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - place|^2 / board_sigma^2 + the lenses' priors,
 /// over every used observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment
-/// - a modern synthesis", 1999). Device 0 carries the rig's frame. This is the door for people who bring
+/// - a modern synthesis", 1999). A point's place is where it was printed on a
+/// bent sheet, whose curvature is one more unknown. Device 0 carries the rig's frame. This is the door for people who bring
 /// their own start; calibrate.hpp finds one.
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 
 #include "procam/calibrate/lens_prior.hpp"
 #include "procam/core/base/export.hpp"
+#include "procam/core/geometry/bent_sheet.hpp"
 #include "procam/core/geometry/pose.hpp"
 #include "procam/core/lens/camera.hpp"
 #include "procam/core/rig/observation.hpp"
@@ -24,6 +26,7 @@ struct BundleState {
   std::vector<Pose> device_from_rig;  ///< by device; the first is the identity and stays so
   std::vector<Pose> rig_from_board;   ///< by view
   Points3 points_in_board;            ///< by point: where the board has it, metres; as printed to begin with
+  BentSheet sheet = {};  ///< that light points fall on, about the print's middle; flat to begin with
 };
 
 /// The covariance a residual is weighed with: scale^2 * detector's covariance + floor_px^2 * I. The floor
@@ -46,8 +49,8 @@ struct BundleOptions {
   std::vector<std::vector<LensPrior>> priors = {};  ///< by device; empty: none
   /// By device: hold device_from_rig as well (true for device 0, always).
   std::vector<bool> hold_pose;
-  /// Metres by which a board point may lie off its printed place (one sigma an axis). Zero holds the points:
-  /// the board is as printed, and flat. One shape for all views; the prior also carries the freedom that
+  /// Metres by which a board point may lie off its place (one sigma an axis). Zero holds the points and the sheet:
+  /// the board is as the start has it. One shape for all views; the prior also carries the freedom that
   /// shape and poses share (six for the place, one for the scale).
   double board_sigma = 0;
   /// By view: the number of its group. Views of a group repeat one pose of the board: what disturbs one of

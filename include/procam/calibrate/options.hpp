@@ -39,8 +39,8 @@ struct LensOptions {
 /// millimetre, which is more than its corners' noise.
 enum class BoardShape {
   kFlat,  ///< as printed
-  kFree,  ///< every point may lie off its place by about 1 % of a square, the same in all views
-  kAuto,  ///< the one that predicts held-out views better
+  kFree,  ///< a bent sheet, and every point may lie off it by about 1 % of a square, the same in all views
+  kAuto,  ///< of flat, bent like a sheet (core/geometry/bent_sheet.hpp) and free the simplest that predicts held-out views well
 };
 
 struct Options {

@@ -68,6 +68,9 @@ struct Conditions {
   double lag = 0;                 ///< share of the light before that each capture still shows
   double spot = 0;                ///< reflection of a lamp on the board, multiple of full scale
 
+  /// Metres by which the sheet rises half a metre from the print's middle, like a cylinder about an axis of any direction
+  /// (core/geometry/bent_sheet.hpp).
+  Range bend{0, 0, true};
   double print_scale = 1;  ///< true size of the print / size that the session states
 };
 

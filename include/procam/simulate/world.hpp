@@ -12,6 +12,7 @@
 #include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/board/board_artwork.hpp"
+#include "procam/core/geometry/bent_sheet.hpp"
 #include "procam/core/rig/observation.hpp"
 #include "procam/core/rig/rig.hpp"
 
@@ -26,6 +27,7 @@ struct PrintedBoard {
   Vec2 blank = Vec2::Zero();  ///< more white paper to the right and below, metres
   /// What is black (detect::board_artwork). A chessboard's squares need none.
   BoardArtwork artwork = {};
+  BentSheet sheet = {};  ///< what the paper is: z of print, margin and blank paper alike
 };
 
 struct World {

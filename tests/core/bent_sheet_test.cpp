@@ -32,9 +32,14 @@ TEST(BentSheet, IsMetByARayAtAPointOfBoth) {
     ASSERT_TRUE(hit) << direction.transpose();
     EXPECT_NEAR(hit->z(), kBent.height(hit->head<2>()), 1e-14);
     EXPECT_LT((*hit - ray.origin).cross(direction).norm(), 1e-14);
-    // Of both points that a bent sheet has on a ray, the one near the plane.
-    const auto on_plane = intersect(ray, Plane{});
-    EXPECT_LT((*hit - *on_plane).norm(), 0.2);
+    // Of both points that a bent sheet has on a ray, the one that moves in from the plane's as the sheet is bent.
+    Vec3 before = *intersect(ray, Plane{});
+    for (int percent = 5; percent <= 100; percent += 5) {
+      const auto next = intersect(ray, BentSheet{0.01 * percent * kBent.curvature, kBent.centre});
+      ASSERT_TRUE(next);
+      EXPECT_LT((*next - before).norm(), 0.08);
+      before = *next;
+    }
   }
 }
 

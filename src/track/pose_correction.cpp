@@ -34,7 +34,6 @@ struct PoseCorrection::State {
   double time = 0;  ///< of both; 0: no image has come
   double last_sight = -1e300;
   int refused_in_a_row = 0;
-  bool states_twist = false;  ///< of the localiser's last message
   PoseCorrectionStatus status;
 
   explicit State(const PoseCorrectionOptions& given) : options(given), localiser(given.track) {
@@ -113,7 +112,6 @@ std::optional<StampedPose> PoseCorrection::add(const StampedPose& message) {
   State& s = *state_;
   const double before = s.localiser.newest_time();
   s.localiser.add(message);
-  s.states_twist = message.twist.has_value();
   const double when = s.localiser.newest_time();
   if (when == before || when - s.last_sight < s.options.alone_after) return std::nullopt;
   const TrackedPose pose = s.localiser.at(when);
@@ -145,9 +143,7 @@ std::optional<StampedPose> PoseCorrection::add(const PoseSight& sight) {
   s.status.error = by;
   s.status.sigma = known.diagonal().cwiseMax(0).cwiseSqrt();
   s.status.time = sight.time;
-  StampedPose result = s.message(sight.time, pose.frame_from_child, by, known);
-  if (s.states_twist) result.twist = pose.twist;
-  return result;
+  return s.message(sight.time, pose.frame_from_child, by, known);
 }
 
 PoseCorrectionStatus PoseCorrection::status() const {

@@ -94,6 +94,11 @@ TEST(RobotFigures, DrivingBeforeAMarkedWallSlides) {
   expect_less(runs_of("marked wall, slides, driving", conditions_of(false, true, Content::kSlides, true)),
               0.5);
 }
+TEST(RobotFigures, DrivingBeforeAMarkedWallWithOdometry) {
+  RobotConditions conditions = conditions_of(false, true, Content::kSlides, true);
+  conditions.odometry = true;
+  expect_less(runs_of("marked wall, slides, driving, odometry", conditions), 0.2);
+}
 TEST(RobotFigures, DrivingBeforeAMarkedWallFilm) {
   expect_less(runs_of("marked wall, film, driving", conditions_of(false, true, Content::kVideo, true)), 0.5);
 }

@@ -213,7 +213,8 @@ inline double RobotWorld::error_mm(const Pose& truth, const Pose& believed) cons
 inline RobotRun RobotWorld::run(double seconds) {
   constexpr double kBegin = 100;  // the clock of a machine that has run for a while
   std::mt19937_64 random(c_.seed * 7919 + 3);
-  std::normal_distribution<double> normal;
+  std::mt19937_64 random_of_odometry(c_.seed * 7919 + 4);  // the localiser's error does not depend on it
+  std::normal_distribution<double> normal, normal_of_odometry;
   const Vec3 sigma(c_.position_sigma, c_.position_sigma, c_.rotation_sigma);
   Vec3 off = sigma.cwiseProduct(Vec3(normal(random), normal(random), normal(random)));
   const double phi = std::exp(-1 / c_.rate / c_.correlation);
@@ -257,7 +258,8 @@ inline RobotRun RobotWorld::run(double seconds) {
         const Vec6 way =
             se3_log(Pose(world_from_base(next_message - 0.01).inverse() * world_from_base(next_message)));
         Vec6 noise;
-        noise << 0, 0, 0.02 * normal(random), 0.02 * normal(random), 0, 0;
+        noise << 0, 0, 0.02 * normal_of_odometry(random_of_odometry),
+            0.02 * normal_of_odometry(random_of_odometry), 0, 0;
         message.twist = Vec6(way / 0.01 + noise);
       }
       // In its turn with the images.

@@ -146,6 +146,15 @@ TEST(PoseCorrection, WithoutImagesItIsTheLocaliser) {
   const auto pose = correction.add(message(12.0));
   ASSERT_TRUE(pose);
   EXPECT_NEAR(off_by(*pose).x(), 0.021, 2e-3);
+  // Odometry is handed on with the localiser's poses, at their moments, and not with those of images.
+  StampedPose with_odometry = message(12.1);
+  with_odometry.twist = (Vec6() << 0, 0, 0.3, 0.44, 0.02, 0).finished();
+  const auto moving = correction.add(with_odometry);
+  ASSERT_TRUE(moving && moving->twist);
+  EXPECT_EQ(*moving->twist, *with_odometry.twist);
+  const auto seen = correction.add(sight(12.08, MatX::Identity(6, 6)));
+  ASSERT_TRUE(seen);
+  EXPECT_FALSE(seen->twist);
   EXPECT_THROW(PoseCorrection([] {
                  PoseCorrectionOptions bad;
                  bad.correlation = 0;

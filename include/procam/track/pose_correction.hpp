@@ -76,7 +76,7 @@ class PROCAM_EXPORT PoseCorrection {
   /// `arrival` is its moment and TrackOptions::delay.
   std::optional<StampedPose> add(const StampedPose& message);
   /// An image's evidence. Gives the corrected pose at its exposure; nullopt: refused, or no message has come yet.
-  /// Where the messages state a twist (odometry), so does the pose.
+  /// It states no twist: that of the messages is of other moments, and the images' poses tell the movement better.
   std::optional<StampedPose> add(const PoseSight& sight);
 
   PoseCorrectionStatus status() const;

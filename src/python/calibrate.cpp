@@ -55,7 +55,8 @@ void bind_bundle_types(py::module_& m) {
       .field("device_from_rig", &calibrate::BundleState::device_from_rig,
              "by device; the first is the identity and stays so")
       .field("rig_from_board", &calibrate::BundleState::rig_from_board, "by view")
-      .field("sheet", &calibrate::BundleState::sheet, "that light points fall on; flat to begin with")
+      .field("sheet", &calibrate::BundleState::sheet,
+             "that the board is printed on and light points fall on; flat to begin with")
       .field("points_in_board", &calibrate::BundleState::points_in_board,
              "by point: where the board has it, metres; as printed to begin with");
 

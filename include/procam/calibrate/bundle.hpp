@@ -4,9 +4,9 @@
 ///
 /// Minimises sum rho(|L (project - pixel)|^2) + sum |point - place|^2 / board_sigma^2 + the lenses' priors,
 /// over every used observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment
-/// - a modern synthesis", 1999). A point's place is where it was printed on a
-/// bent sheet, whose curvature is one more unknown. Device 0 carries the rig's frame. This is the door for people who bring
-/// their own start; calibrate.hpp finds one.
+/// - a modern synthesis", 1999). A point's place is where it was printed, on a bent sheet whose curvature is an
+/// unknown as well. Device 0 carries the rig's frame. This is the door for people who bring their own start;
+/// calibrate.hpp finds one.
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,7 +26,7 @@ struct BundleState {
   std::vector<Pose> device_from_rig;  ///< by device; the first is the identity and stays so
   std::vector<Pose> rig_from_board;   ///< by view
   Points3 points_in_board;            ///< by point: where the board has it, metres; as printed to begin with
-  BentSheet sheet = {};  ///< that light points fall on, about the print's middle; flat to begin with
+  BentSheet sheet = {};  ///< that the board is printed on and light points fall on; flat to begin with
 };
 
 /// The covariance a residual is weighed with: scale^2 * detector's covariance + floor_px^2 * I. The floor

@@ -45,8 +45,8 @@ struct EstimatedShape {
   double in_plane_rms = 0, out_of_plane_rms = 0, largest = 0;  ///< metres
   BentSheet sheet = {};                                        ///< that the board was printed on
   bool free_points = false;  ///< every point has a place of its own; else all lie on the sheet
-  double largest_of_light =
-      0;  ///< metres off the plane of the print's middle, of all light points; 0 without any
+  /// Metres off the plane of the print's middle, of all light points; 0 without any.
+  double largest_of_light = 0;
   /// How much longer the print's x is than its y, beyond what was stated: 0.002 is 0.2 %. (A common scale
   /// cannot be seen by the views; measure a ruler's length on the sheet.)
   double stretch_x_over_y = 0;

@@ -49,9 +49,12 @@ std::string board_shape(const calibrate::CalibrationResult& result, const Board&
                                    " into the sheet");
     content += circle("style=\"fill:" + std::string(colour) + ";fill-opacity:.45\"", place(printed[i]),
                       std::max(radius, 0.5));
-    Marks line;
-    line.line(place(printed[i]), place(printed[i] + along * Vec3(offset.x(), offset.y(), 0)));
-    content += line.path("class=\"bar\"") + "</g>\n";
+    if (shape.free_points) {
+      Marks line;
+      line.line(place(printed[i]), place(printed[i] + along * Vec3(offset.x(), offset.y(), 0)));
+      content += line.path("class=\"bar\"");
+    }
+    content += "</g>\n";
   }
   const std::string stretch = std::abs(shape.stretch_x_over_y) > 5e-4
                                   ? " The print is " + fixed(100 * std::abs(shape.stretch_x_over_y), 2) +

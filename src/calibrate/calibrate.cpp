@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "describe.hpp"
 #include "joined.hpp"
@@ -19,6 +20,7 @@
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "residual_blocks.hpp"
+#include "residual_distortion.hpp"
 #include "result_gates.hpp"
 #include "rig_covariance.hpp"
 #include "shape_choice.hpp"
@@ -169,12 +171,15 @@ struct Sigmas {
   RobustCovariance robust;
 };
 
-Sigmas sigmas_of(const ShapedSolution& shaped) {
+Sigmas sigmas_of(const ShapedSolution& shaped, const ResidualDistortionEstimate& beyond) {
   const Solution& solution = shaped.solution;
   BundleUncertainty both = bundle_uncertainty(shaped.data, solution.used, solution.state(), solution.options);
   Sigmas sigmas;
   sigmas.robust = robust_covariance(both.formal.devices, both.jackknife,
                                     count_groups(solution.used, solution.options.pose_groups));
+  if (beyond.any())
+    for (NamedCovariance* covariance : {&sigmas.robust.devices, &both.formal.devices})
+      covariance->matrix += beyond.added_covariance;
   sigmas.formal = std::move(both.formal);
   return sigmas;
 }
@@ -218,6 +223,7 @@ void free_lenses(const Correspondences& data, const Options& options, bool camer
 /// weigh as much more; radial terms of a rational lens get theirs only here. Returns all parameters that
 /// are poorly constrained: distortion kept by its prior, and what else the reported sigmas leave open.
 std::vector<WeaklyObservable> regularise_weak_parameters(ShapedSolution& shaped, Sigmas& sigmas, Start& start,
+                                                         const ResidualDistortionEstimate& beyond,
                                                          bool camera_known, const Options& options) {
   std::vector<WeaklyObservable> all;
   bool again = false;
@@ -242,7 +248,7 @@ std::vector<WeaklyObservable> regularise_weak_parameters(ShapedSolution& shaped,
         start.bundle_options.priors[d].push_back(parameter.beforehand);
     }
     shaped = solve_with_shape(shaped.data, start, options);
-    sigmas = sigmas_of(shaped);
+    sigmas = sigmas_of(shaped, beyond);
   }
   const std::size_t held = all.size();
   for (const WeaklyObservable& parameter :
@@ -316,9 +322,57 @@ ChosenSolution solve_with_chosen_lenses(const Correspondences& given,
   return {std::move(start), std::move(shaped), std::move(alternatives)};
 }
 
+/// The same, without what the lenses do beyond their models, if the residuals show that.
+struct DistortionSolution {
+  Start start;
+  ShapedSolution shaped;
+  std::vector<LensAlternative> alternatives;
+  ResidualDistortionEstimate beyond;
+};
+
+DistortionSolution solve_with_residual_distortion(const Correspondences& given,
+                                                  const std::optional<KnownLens>& known_camera,
+                                                  const Options& options) {
+  constexpr int kRounds = 4;
+  constexpr double kSettled = 0.03;  // of the distortion's RMS
+  ChosenSolution chosen = solve_with_chosen_lenses(given, known_camera, options);
+  ResidualDistortionEstimate beyond;
+  for (int round = 0; round < kRounds; ++round) {
+    report(options, "residual distortion", 0.6);
+    std::optional<ResidualDistortionEstimate> next =
+        estimate_residual_distortion(chosen.shaped.data, chosen.shaped.solution, beyond.of_devices);
+    if (!next || (beyond.of_devices.empty() && !next->any())) break;
+    const bool settled = !beyond.of_devices.empty() && relative_change(*next, beyond) < kSettled;
+    const ResidualDistortionEstimate before = std::exchange(beyond, *std::move(next));
+    if (settled) break;
+    try {
+      chosen = solve_with_chosen_lenses(without_residual_distortion(given, beyond.of_devices), known_camera,
+                                        options);
+    } catch (const Error&) {  // the lens's own terms do not settle without it
+      beyond = before;
+      break;
+    }
+  }
+  return {std::move(chosen.start), std::move(chosen.shaped), std::move(chosen.alternatives),
+          std::move(beyond)};
+}
+
+void tell_residual_distortion(const Correspondences& data, const ResidualDistortionEstimate& beyond,
+                              CalibrationResult& result) {
+  for (std::size_t d = 0; d < beyond.of_devices.size(); ++d)
+    if (!beyond.of_devices[d].empty())
+      result.diagnostics.note(
+          "residual_distortion",
+          data.devices[d].name + "'s lens departs from its model by " + px(beyond.rms_px[d]) +
+              " RMS, smoothly over the picture: that is estimated with the rest, so that it "
+              "does not pull the lens's parameters, and included in their sigmas");
+}
+
 /// Each view predicted by a calibration without it, and what the covariance expects of that.
 void hold_out_views(const Correspondences& data, const Start& start, const Solution& solution,
-                    const Sigmas& sigmas, const Options& options, CalibrationResult& result) {
+                    const Sigmas& sigmas, const ResidualDistortionEstimate& beyond, const Options& options,
+                    CalibrationResult& result) {
+  const std::vector<Correspondences> by_view = without_own_views(data, solution, beyond);
   std::vector<int> counted(data.devices.size(), 0);
   result.holdout_px.assign(data.devices.size(), 0);
   result.holdout_all_px.assign(data.devices.size(), 0);
@@ -327,7 +381,7 @@ void hold_out_views(const Correspondences& data, const Start& start, const Solut
     if (!view.used) continue;
     report(options, "holding out view " + data.views[v].name,
            0.8 + 0.2 * double(v) / double(data.views.size()));
-    hold_out(data, start.used, solution, int(v), view);
+    hold_out(by_view[v], start.used, solution, int(v), view);
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
       if (spread_of(data, solution.state(), solution.used, int(d), int(v)).count == 0) continue;
       ++counted[d];
@@ -349,11 +403,11 @@ void hold_out_views(const Correspondences& data, const Start& start, const Solut
 CalibrationResult run(const Correspondences& given, const std::optional<KnownLens>& known_camera,
                       const Options& options) {
   require_consistent(given);
-  auto [start, shaped, alternatives] = solve_with_chosen_lenses(given, known_camera, options);
+  auto [start, shaped, alternatives, beyond] = solve_with_residual_distortion(given, known_camera, options);
   report(options, "covariance", 0.75);
-  Sigmas sigmas = sigmas_of(shaped);
+  Sigmas sigmas = sigmas_of(shaped, beyond);
   const std::vector<WeaklyObservable> open =
-      regularise_weak_parameters(shaped, sigmas, start, known_camera.has_value(), options);
+      regularise_weak_parameters(shaped, sigmas, start, beyond, known_camera.has_value(), options);
   const Correspondences& data = shaped.data;
   average_terms(data, options, shaped.solution, sigmas.robust.devices);
   const Solution& solution = shaped.solution;
@@ -368,13 +422,14 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
         "views disagree " + times(std::sqrt(result.variance_ratio)) +
             " more than detection noise predicts; uncertainties are from a leave-one-view-out jackknife");
   tell_lenses(std::move(alternatives), result);
+  tell_residual_distortion(data, beyond, result);
   for (const std::string& sentence : in_words(open, data))
     result.diagnostics.warn("weakly_observable", sentence);
   tell_shape(shaped, result);
   const std::string repeated = repeated_poses(data, solution.used, solution.options.pose_groups);
   if (!repeated.empty()) result.diagnostics.warn("repeated_poses", repeated);
   result.size_to_measure = printed_size_to_measure(data.board);
-  if (options.holdout) hold_out_views(data, start, solution, sigmas, options, result);
+  if (options.holdout) hold_out_views(data, start, solution, sigmas, beyond, options, result);
   check_result(data, start, solution, shaped.shape, result);
   report(options, "done", 1);
   return result;

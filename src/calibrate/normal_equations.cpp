@@ -4,107 +4,13 @@
 #include <cmath>
 #include <map>
 
+#include "linearisation.hpp"
 #include "prior_terms.hpp"
-#include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/core/base/cholesky.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "residual_blocks.hpp"
 
 namespace procam::calibrate {
-namespace {
-
-using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// The derivative of one whitened residual by the parameters that it depends on.
-struct Linearised {
-  Vec2 residual;
-  std::vector<int> columns;  ///< of the common vector
-  Block by_common;
-  Eigen::Matrix<double, 2, 6> by_pose;
-};
-
-/// A block's derivative and where its columns go: position in the block -> row of the common vector.
-struct Part {
-  Block derivative;
-  const double* parameters;
-  std::vector<std::pair<int, int>> columns;
-};
-
-class Linearisation {
- public:
-  Linearisation(const BundleState& state, const CommonParameters& common) : state_(state), common_(common) {
-    for (const Camera& lens : state.lenses) lenses_.push_back(parameters_of(lens));
-    for (const Pose& pose : state.device_from_rig) devices_.push_back(block_of(pose));
-    for (const Pose& pose : state.rig_from_board) boards_.push_back(block_of(pose));
-  }
-
-  std::optional<Linearised> operator()(const Measurement& m, const BundleOptions& options) const {
-    const auto d = std::size_t(m.device);
-    const auto cost = measurement_cost(state_, m, options.noise[d]);
-    if (cost == nullptr) return std::nullopt;
-    std::vector<Part> parts;
-    if (m.light != nullptr || read_at_corner(m)) add_device(std::size_t(m.camera()), parts);
-    add_device(d, parts);
-    const std::size_t pose = parts.size();
-    parts.push_back({Block(2, kPoseBlockSize), boards_[std::size_t(m.view)].data(), {}});
-    if (m.observation != nullptr) {
-      const auto point = std::size_t(m.observation->point);
-      parts.push_back({Block(2, 3), state_.points_in_board[point].data(), {}});
-      for (int i = 0; i < 3 && common_.point_at[point] >= 0; ++i)
-        parts.back().columns.emplace_back(i, common_.point_at[point] + i);
-    } else {
-      parts.push_back({Block(2, 3), state_.sheet.curvature.data(), {}});
-      for (int i = 0; i < 3 && common_.sheet_at >= 0; ++i)
-        parts.back().columns.emplace_back(i, common_.sheet_at + i);
-    }
-    std::vector<const double*> parameters;
-    std::vector<double*> derivatives;
-    std::size_t count = 0;
-    for (Part& part : parts) {
-      parameters.push_back(part.parameters);
-      derivatives.push_back(part.derivative.data());
-      count += part.columns.size();
-    }
-    Linearised out;
-    if (!cost->Evaluate(parameters.data(), out.residual.data(), derivatives.data())) return std::nullopt;
-    // Huber's weight: residuals beyond the limit pull linearly.
-    const double length = out.residual.norm();
-    const double weight =
-        options.huber_sigmas > 0 && length > options.huber_sigmas ? options.huber_sigmas / length : 1;
-    out.residual *= std::sqrt(weight);
-    out.by_pose = std::sqrt(weight) * parts[pose].derivative.leftCols<6>();
-    out.by_common.resize(2, Eigen::Index(count));
-    for (const Part& part : parts)
-      for (const auto& [from, to] : part.columns) {
-        out.by_common.col(Eigen::Index(out.columns.size())) = std::sqrt(weight) * part.derivative.col(from);
-        out.columns.push_back(to);
-      }
-    return out;
-  }
-
- private:
-  static std::vector<double> block_of(const Pose& pose) {
-    std::vector<double> block(kPoseBlockSize);
-    pose_to_block(pose, block.data());
-    return block;
-  }
-
-  void add_device(std::size_t d, std::vector<Part>& parts) const {
-    parts.push_back({Block(2, lenses_[d].size()), lenses_[d].data(), {}});
-    for (std::size_t i = 0; i < common_.free_of_lens[d].size() && common_.lens_at[d] >= 0; ++i)
-      parts.back().columns.emplace_back(common_.free_of_lens[d][i], common_.lens_at[d] + int(i));
-    parts.push_back({Block(2, kPoseBlockSize), devices_[d].data(), {}});
-    for (int i = 0; i < 6 && common_.pose_at[d] >= 0; ++i)
-      parts.back().columns.emplace_back(i, common_.pose_at[d] + i);
-  }
-
-  const BundleState& state_;
-  const CommonParameters& common_;
-  std::vector<VecX> lenses_;
-  std::vector<std::vector<double>> devices_, boards_;
-};
-
-}  // namespace
 
 CommonParameters::CommonParameters(const Correspondences& data, const UsedMask& used,
                                    const BundleState& state, const BundleOptions& options) {
@@ -260,6 +166,40 @@ void add_priors(const Correspondences& data, const BundleState& solution, const 
 }
 
 }  // namespace
+
+PriorRows prior_rows(const Correspondences& data, const BundleState& solution, const BundleOptions& options,
+                     const CommonParameters& common) {
+  std::vector<std::pair<VecX, double>> rows;
+  for (std::size_t d = 0; d < data.devices.size(); ++d)
+    for (const LensPrior& prior : priors_of(options, d)) {
+      if (common.lens_at[d] < 0) continue;
+      const VecX weights = prior_weights(prior, solution.lenses[d]) / prior.sigma;
+      VecX row = VecX::Zero(common.size());
+      for (std::size_t i = 0; i < common.free_of_lens[d].size(); ++i)
+        row[common.lens_at[d] + int(i)] = weights[common.free_of_lens[d][i]];
+      rows.emplace_back(row, weights.dot(parameters_of(solution.lenses[d])) - prior.value / prior.sigma);
+    }
+  const Points3 printed = points_in_board(data.board);
+  for (std::size_t i = 0; i < printed.size(); ++i) {
+    const int at = common.point_at[i];
+    if (at < 0) continue;
+    const Vec3 height = solution.sheet.height_by_curvature(printed[i].head<2>());
+    const Vec3 off =
+        solution.points_in_board[i] - printed[i] - height.dot(solution.sheet.curvature) * Vec3::UnitZ();
+    for (int axis = 0; axis < 3; ++axis) {
+      VecX row = VecX::Zero(common.size());
+      row[at + axis] = 1 / options.board_sigma;
+      if (axis == 2 && common.sheet_at >= 0) row.segment<3>(common.sheet_at) = -height / options.board_sigma;
+      rows.emplace_back(row, off[axis] / options.board_sigma);
+    }
+  }
+  PriorRows out{MatX(Eigen::Index(rows.size()), common.size()), VecX(Eigen::Index(rows.size()))};
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    out.by_common.row(Eigen::Index(i)) = rows[i].first;
+    out.residuals[Eigen::Index(i)] = rows[i].second;
+  }
+  return out;
+}
 
 NormalEquations normal_equations(const Correspondences& data, const UsedMask& used,
                                  const BundleState& solution, const BundleOptions& options,

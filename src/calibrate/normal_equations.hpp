@@ -42,6 +42,15 @@ struct NormalEquations {
   VecX diagonal;     ///< of the same before poses were eliminated
 };
 
+/// What is known beforehand of lenses and of the board's points, as whitened residuals and their derivatives by the common
+/// parameters, a row each.
+struct PriorRows {
+  MatX by_common;
+  VecX residuals;
+};
+PriorRows prior_rows(const Correspondences& data, const BundleState& solution, const BundleOptions& options,
+                     const CommonParameters& common);
+
 /// Of the views of each pose group together (BundleOptions::pose_groups), `information`, `gradient` and
 /// `used` alone; in the order of the groups' numbers.
 std::vector<ViewEquations> by_pose_group(const NormalEquations& equations, const BundleOptions& options);

@@ -150,6 +150,10 @@ void bind_conditions(py::module_& m) {
       .field("camera_skew_px", &simulate::Conditions::camera_skew_px, "K(0, 1)")
       .field("projector_skew_px", &simulate::Conditions::projector_skew_px, "K(0, 1)")
       .field("camera_k3", &simulate::Conditions::camera_k3, "of the Brown-Conrady lens")
+      .field("camera_deviation_px", &simulate::Conditions::camera_deviation_px,
+             "What the true lens does beyond its model, RMS over the picture, of sessions with boards.")
+      .field("projector_deviation_px", &simulate::Conditions::projector_deviation_px,
+             "the same of the projector")
       .field("projector_k3", &simulate::Conditions::projector_k3, "of the Brown-Conrady lens")
       .field("gamma", &simulate::Conditions::gamma, "of the camera")
       .field("vignetting", &simulate::Conditions::vignetting, "power of the cosine of the field angle")

@@ -49,6 +49,15 @@ const std::vector<ConditionSetting>& settings_table() {
        [](Conditions& c, const std::string& text) { c.camera_k3 = always(io::parse_share(text)); }},
       {"projector-k3", "0.02", "of the projector alone",
        [](Conditions& c, const std::string& text) { c.projector_k3 = always(io::parse_share(text)); }},
+      {"lens-deviation", "0.05px",
+       "smooth displacement of the pictures of camera and projector that no lens model has, RMS; of boards",
+       [](Conditions& c, const std::string& text) {
+         c.camera_deviation_px = c.projector_deviation_px = io::parse_pixels(text);
+       }},
+      {"camera-lens-deviation", "0.05px", "of the camera alone",
+       [](Conditions& c, const std::string& text) { c.camera_deviation_px = io::parse_pixels(text); }},
+      {"projector-lens-deviation", "0.05px", "of the projector alone",
+       [](Conditions& c, const std::string& text) { c.projector_deviation_px = io::parse_pixels(text); }},
       {"gamma", "2.2", "of the camera; 1: linear",
        [](Conditions& c, const std::string& text) { c.gamma = always(io::parse_share(text)); }},
       {"colour-sensor", "1", "1: a sensor with colour filters, whose colours are interpolated; 0: a grey one",

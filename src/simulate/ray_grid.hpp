@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "procam/core/lens/camera.hpp"
+#include "procam/simulate/lens_deviation.hpp"
 
 namespace procam::simulate::internal {
 
@@ -21,19 +22,20 @@ inline int ray_cells(int pixels) {
   return (pixels + kRayCell - 1) / kRayCell;
 }
 
-inline RayNode ray_node(const Camera& camera, int column, int row) {
-  const std::optional<Vec3> direction = camera.unproject(Vec2(kRayCell * column - 0.5, kRayCell * row - 0.5));
+inline RayNode ray_node(const Camera& camera, const LensDeviation& deviation, int column, int row) {
+  const Vec2 pixel(kRayCell * column - 0.5, kRayCell * row - 0.5);
+  const std::optional<Vec3> direction = camera.unproject(pixel - deviation.at(pixel));
   if (!direction) return {};
   return {true, direction->z() > 0.1 ? Vec3(*direction / direction->z()) : *direction};
 }
 
 /// The nodes along one row of borders, one more than cells.
-inline std::vector<RayNode> ray_node_row(const Camera& camera, int row) {
+inline std::vector<RayNode> ray_node_row(const Camera& camera, const LensDeviation& deviation, int row) {
   std::vector<RayNode> nodes;
   const int cells = ray_cells(camera.size.width);
   nodes.reserve(std::size_t(cells) + 1);
   for (int i = 0; i <= cells; ++i)
-    nodes.push_back(i % 2 == 0 || i == cells ? ray_node(camera, i, row) : RayNode{});
+    nodes.push_back(i % 2 == 0 || i == cells ? ray_node(camera, deviation, i, row) : RayNode{});
   // Every second one by the cubic through its neighbours: two pixels apart it is right to 1e-6 px.
   for (int i = 1; i < cells; i += 2) {
     const std::size_t k = std::size_t(i);
@@ -45,7 +47,7 @@ inline std::vector<RayNode> ray_node_row(const Camera& camera, int row) {
       nodes[k] = {true, 0.5625 * (nodes[k - 1].direction_in_camera + nodes[k + 1].direction_in_camera) -
                             0.0625 * (nodes[k - 3].direction_in_camera + nodes[k + 3].direction_in_camera)};
     else
-      nodes[k] = ray_node(camera, i, row);
+      nodes[k] = ray_node(camera, deviation, i, row);
   }
   return nodes;
 }

@@ -126,10 +126,10 @@ class RoomTracer {
     const std::vector<Candidates> tiles =
         camera_tiles_.candidates(room_, eyes.camera.room_from_eye(), band, band + 1, slack);
     const int cells_x = ray_cells(camera_.size.width);
-    std::vector<RayNode> above = ray_node_row(camera_, first / kRayCell);
+    std::vector<RayNode> above = ray_node_row(camera_, {}, first / kRayCell);
     std::vector<double> falloff_above = falloff_of(above);
     for (int cell_y = first / kRayCell; cell_y * kRayCell < end; ++cell_y) {
-      std::vector<RayNode> below = ray_node_row(camera_, cell_y + 1);
+      std::vector<RayNode> below = ray_node_row(camera_, {}, cell_y + 1);
       std::vector<double> falloff_below = falloff_of(below);
       const int y_end = std::min((cell_y + 1) * kRayCell, end);
       for (int cell_x = 0; cell_x < cells_x; ++cell_x) {

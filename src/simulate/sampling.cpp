@@ -18,7 +18,7 @@ struct BoardRow {
 };
 
 BoardRow make_board_row(const Scene& scene, int row) {
-  BoardRow made{ray_node_row(scene.camera(), row), {}};
+  BoardRow made{ray_node_row(scene.camera(), scene.camera_deviation(), row), {}};
   for (const RayNode& ray : made.rays)
     made.on_sheet.push_back(ray.valid ? scene.meet_sheet(ray.direction_in_camera) : std::nullopt);
   return made;

@@ -6,6 +6,8 @@ namespace procam::simulate::internal {
 Scene::Scene(const World& world)
     : camera_(world.rig.camera().camera),
       projector_(world.rig.projector().projector),
+      camera_deviation_(world.camera_deviation),
+      projector_deviation_(world.projector_deviation),
       white_albedo_(world.board.white_albedo),
       sheet_(world.board.sheet),
       projector_from_camera_(world.rig.projector_from_camera()),
@@ -66,7 +68,8 @@ std::optional<Lighting> Scene::lighting(const Hit& hit) const {
   const Vec3 point_in_projector = projector_from_camera_ * hit.point_in_camera;
   const std::optional<Vec2> pixel = projector_.project(point_in_projector);
   if (!pixel) return std::nullopt;
-  return Lighting{*pixel, closing / (distance2 * std::sqrt(distance2)), point_in_projector.z()};
+  return Lighting{*pixel + projector_deviation_.at(*pixel), closing / (distance2 * std::sqrt(distance2)),
+                  point_in_projector.z()};
 }
 
 }  // namespace procam::simulate::internal

@@ -25,6 +25,8 @@ class Scene {
 
   const Camera& camera() const { return camera_; }
   const Projector& projector() const { return projector_; }
+  /// Of the true lenses from these.
+  const LensDeviation& camera_deviation() const { return camera_deviation_; }
 
   /// What the camera sees along a direction (z = 1 or unit, no matter).
   std::optional<Hit> hit(const Vec3& direction_in_camera) const;
@@ -42,6 +44,7 @@ class Scene {
 
   Camera camera_;
   Projector projector_;
+  LensDeviation camera_deviation_, projector_deviation_;
   double white_albedo_;
   ArtworkRectangle paper_;
   BentSheet sheet_;

@@ -193,6 +193,8 @@ void check(const Conditions& c) {
               c.stale_views >= 0 && c.missing_views >= 0 && c.torn_views >= 0,
           "make_session: a negative number of views");
   require(std::abs(c.lateral_colour) < 0.1, "make_session: lateral_colour not in (-0.1, 0.1)");
+  require(c.camera_deviation_px >= 0 && c.projector_deviation_px >= 0,
+          "make_session: camera_deviation_px or projector_deviation_px negative");
   require(c.lag >= 0 && c.lag < 1 && c.iris >= 0 && c.projector_gamma > 0,
           "make_session: lag not in [0, 1), negative iris, or projector_gamma not above 0");
 }
@@ -391,6 +393,9 @@ SimulatedSession make_session(Level level, std::uint64_t seed,
   Random random_conditions(seed, std::uint64_t(level), 11);  // the poses do not depend on conditions
   Random random_bend(seed, std::uint64_t(level), 12);
   World world = make_world(recipe, on_blank_paper, print, conditions, random, random_conditions, random_bend);
+  world.camera_deviation = LensDeviation(world.rig.camera().camera, conditions.camera_deviation_px, 2 * seed);
+  world.projector_deviation = LensDeviation(world.rig.projector().projector.inverse_camera,
+                                            conditions.projector_deviation_px, 2 * seed + 1);
 
   SimulatedSession session;
   session.level = level;

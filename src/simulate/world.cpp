@@ -7,7 +7,8 @@ namespace procam::simulate {
 namespace {
 
 std::optional<Vec2> lit_pixel(const internal::Scene& scene, const Vec2& camera_pixel) {
-  const std::optional<Vec3> direction = scene.camera().unproject(camera_pixel);
+  const std::optional<Vec3> direction =
+      scene.camera().unproject(camera_pixel - scene.camera_deviation().at(camera_pixel));
   if (!direction) return std::nullopt;
   const std::optional<internal::Hit> hit = scene.hit(*direction);
   if (!hit) return std::nullopt;
@@ -20,14 +21,16 @@ Vec3 on_paper(const PrintedBoard& board, const Vec2& point) {
   return {point.x(), point.y(), board.sheet.height(point)};
 }
 
-std::vector<Observation> observe(const Camera& device, const Pose& device_from_board,
-                                 const PrintedBoard& board) {
+std::vector<Observation> observe(const Camera& device, const LensDeviation& deviation,
+                                 const Pose& device_from_board, const PrintedBoard& board) {
   std::vector<Observation> observations;
   const Points3 points = points_in_board(board.layout);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::optional<Vec2> pixel =
         device.project(device_from_board * on_paper(board, points[i].head<2>()));
-    if (pixel && device.size.contains(*pixel)) observations.push_back({int(i), *pixel});
+    if (!pixel) continue;
+    const Vec2 shown = *pixel + deviation.at(*pixel);
+    if (device.size.contains(shown)) observations.push_back({int(i), shown});
   }
   return observations;
 }
@@ -67,18 +70,20 @@ Points3 sheet_corners_in_board(const PrintedBoard& board) {
 
 std::vector<Observation> board_in_camera(const World& world) {
   const RigCamera& camera = world.rig.camera();
-  return observe(camera.camera, camera.rig_from_camera.inverse() * world.rig_from_board, world.board);
+  return observe(camera.camera, world.camera_deviation,
+                 camera.rig_from_camera.inverse() * world.rig_from_board, world.board);
 }
 
 std::vector<Observation> board_in_projector(const World& world) {
   const RigProjector& projector = world.rig.projector();
-  return observe(projector.projector.inverse_camera,
+  return observe(projector.projector.inverse_camera, world.projector_deviation,
                  projector.rig_from_projector.inverse() * world.rig_from_board, world.board);
 }
 
 std::optional<Vec2> light_on_sheet(const World& world, const Vec2& projector_pixel) {
   const RigProjector& projector = world.rig.projector();
-  const std::optional<Ray> ray = projector.projector.emit(projector_pixel);
+  const std::optional<Ray> ray =
+      projector.projector.emit(projector_pixel - world.projector_deviation.at(projector_pixel));
   if (!ray) return std::nullopt;
   const Ray in_board = (world.rig_from_board.inverse() * projector.rig_from_projector) * *ray;
   const std::optional<Vec3> place = intersect(in_board, world.board.sheet);
@@ -96,8 +101,9 @@ std::optional<Vec2> camera_pixel_of_light(const World& world, const Vec2& projec
   const RigCamera& camera = world.rig.camera();
   const std::optional<Vec2> pixel = camera.camera.project(
       camera.rig_from_camera.inverse() * (world.rig_from_board * on_paper(world.board, *place)));
-  if (!pixel || !camera.camera.size.contains(*pixel)) return std::nullopt;
-  return pixel;
+  if (!pixel) return std::nullopt;
+  const Vec2 shown = *pixel + world.camera_deviation.at(*pixel);
+  return camera.camera.size.contains(shown) ? std::optional(shown) : std::nullopt;
 }
 
 std::optional<Vec2> projector_pixel_seen_at(const World& world, const Vec2& camera_pixel) {

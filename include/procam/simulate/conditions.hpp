@@ -26,6 +26,8 @@ struct Conditions {
   // Lenses; none: as in the level's recipe.
   std::optional<Range> camera_skew_px, projector_skew_px;  ///< K(0, 1)
   std::optional<Range> camera_k3, projector_k3;            ///< of the Brown-Conrady lens
+  /// What the true lenses do beyond their models, RMS over the picture (lens_deviation.hpp), of sessions with boards.
+  double camera_deviation_px = 0, projector_deviation_px = 0;
 
   // Light and sensor (capture.hpp).
   Range gamma{1, 1};      ///< of the camera

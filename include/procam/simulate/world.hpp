@@ -15,6 +15,7 @@
 #include "procam/core/geometry/bent_sheet.hpp"
 #include "procam/core/rig/observation.hpp"
 #include "procam/core/rig/rig.hpp"
+#include "procam/simulate/lens_deviation.hpp"
 
 namespace procam::simulate {
 
@@ -37,6 +38,7 @@ struct World {
   Plane wall_in_rig{Vec3(0, 0, -1), 3};
   double wall_albedo = 0.6;
   double ambient = 0;  ///< irradiance, in units of the projector's at one metre
+  LensDeviation camera_deviation = {}, projector_deviation = {};  ///< of the true lenses from the rig's
 };
 
 /// A surface frame on the wall: origin where the camera's axis meets it, x as the camera's, z into the wall.

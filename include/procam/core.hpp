@@ -47,6 +47,7 @@
 #include "procam/core/lens/distortion/tangential.hpp"
 #include "procam/core/lens/frustum.hpp"
 #include "procam/core/lens/intrinsics.hpp"
+#include "procam/core/lens/lens_change.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 #include "procam/core/rig/frame_sequence.hpp"

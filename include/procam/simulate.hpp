@@ -5,6 +5,7 @@
 #include "procam/simulate/depth_view.hpp"
 #include "procam/simulate/drive.hpp"
 #include "procam/simulate/fleet.hpp"
+#include "procam/simulate/lens_deviation.hpp"
 #include "procam/simulate/live_view.hpp"
 #include "procam/simulate/marker_view.hpp"
 #include "procam/simulate/motion.hpp"

@@ -130,7 +130,7 @@ class Equations {
   Eigen::Index width() const { return common_.size() + coefficients_ + 1; }
 
  private:
-  /// Hundreds of free board points would cost minutes; the smooth displacement hardly depends on them.
+  /// Hundreds of free board points would cost minutes; the smooth displacement depends little on them.
   static BundleOptions with_few_unknowns(const Correspondences& data, BundleOptions options) {
     constexpr std::size_t kMaxPoints = 100;
     if (points_in_board(data.board).size() > kMaxPoints) options.board_sigma = 0;
@@ -302,7 +302,7 @@ ResidualDistortion distortion_of(const VecX& series, const Camera& lens, const s
   one.coefficients.resize(kTerms, 2);
   one.coefficients << series.head(kTerms), series.tail(kTerms);
   one.lens = lens;
-  one.absorbed = changed(lens, free, lens_by_series * series);
+  one.absorbed = with_lens_change(lens, free, lens_by_series * series);
   return one;
 }
 
@@ -313,7 +313,7 @@ struct Sizes {
 };
 Sizes most_likely_sizes(const Reduced& reduced, const std::vector<int>& at) {
   Sizes sizes{VecX::Zero(reduced.right.size()), std::vector<double>(at.size(), 0)};
-  for (int round = 0; round < 2; ++round)  // the devices' sizes hardly depend on each other
+  for (int round = 0; round < 2; ++round)  // the sizes depend little on each other
     for (std::size_t d = 0; d < at.size(); ++d) {
       if (at[d] < 0) continue;
       const auto with = [&](double t, double q) {

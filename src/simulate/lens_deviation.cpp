@@ -48,7 +48,7 @@ LensDeviation::LensDeviation(const Camera& lens, double rms_px, std::uint64_t se
   for (std::size_t i = 0; i < grid.size(); ++i) wanted.block<2, 1>(Eigen::Index(2 * i), 0) = sum(grid[i]);
   std::vector<int> free(static_cast<std::size_t>(parameters_of(lens).size()));
   std::iota(free.begin(), free.end(), 0);
-  const Camera nearest = changed(lens, free, lens_change(lens, free, grid, wanted).col(0));
+  const Camera nearest = with_lens_change(lens, free, lens_change(lens, free, grid, wanted).col(0));
   const auto remainder = [&](const Vec2& pixel) {
     const std::optional<Vec3> bearing = lens.unproject(pixel);
     const std::optional<Vec2> taken = bearing ? nearest.project(*bearing) : std::nullopt;

@@ -55,7 +55,7 @@ inline MatX lens_change(const Camera& lens, const std::vector<int>& free, const 
 }
 
 /// The lens with a change of its free parameters.
-inline Camera changed(const Camera& lens, const std::vector<int>& free, const VecX& change) {
+inline Camera with_lens_change(const Camera& lens, const std::vector<int>& free, const VecX& change) {
   VecX parameters = parameters_of(lens);
   for (std::size_t k = 0; k < free.size(); ++k) parameters[free[k]] += change[Eigen::Index(k)];
   return with_parameters(lens, parameters);

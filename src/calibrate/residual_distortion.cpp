@@ -22,7 +22,7 @@ constexpr double kMinRmsPx = 0.005;
 /// More is another lens: the rig would lack all of it.
 constexpr double kMaxRmsPx = 0.5;
 constexpr std::array<double, 3> kDecays = {0, 1, 2};
-/// Of t, in units of the noise: from a thousandth of it, pixels at sigmas of one pixel.
+/// Of t, pixels, over the factor by which the noise is larger than the solution has it.
 constexpr double kSmallest = 1e-3, kLargest = 30, kGrowth = 1.6;
 
 /// i and j of each term.
@@ -35,7 +35,7 @@ const std::vector<std::array<int, 2>>& terms() {
   }();
   return all;
 }
-const Eigen::Index kTerms = Eigen::Index(terms().size());
+constexpr Eigen::Index kTerms = (kOrder + 1) * (kOrder + 2) / 2 - 1;
 
 VecX cosines(const ImageSize& size, const Vec2& pixel) {
   std::array<double, kOrder + 1> along_u, along_v;
@@ -76,10 +76,14 @@ std::optional<Vec2> pixel_of(const BundleState& state, const Measurement& m, int
   return state.lenses[std::size_t(device)].project(state.device_from_rig[std::size_t(device)] * *point);
 }
 
-/// The linearised problem: rows over [common parameters, coefficients, residual], in sigmas.
+/// By device: does it take part?
+using Which = std::vector<char>;
+
+/// The linearised problem: rows over [common parameters, coefficients, residual], in sigmas. Of the devices of `which` whose
+/// lens is not held.
 class Equations {
  public:
-  Equations(const Correspondences& data, const Solution& solution)
+  Equations(const Correspondences& data, const Solution& solution, const Which& which)
       : data_(data),
         solution_(solution),
         options_(with_few_unknowns(data, solution.options)),
@@ -87,8 +91,9 @@ class Equations {
         linearise_(solution.state(), common_),
         weights_(view_weights(solution.used, options_)) {
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      at_.push_back(is_free(common_, d) ? int(coefficients_) : -1);
-      coefficients_ += is_free(common_, d) ? 2 * kTerms : 0;
+      const bool has = which[d] && is_free(common_, d);
+      at_.push_back(has ? int(coefficients_) : -1);
+      coefficients_ += has ? 2 * kTerms : 0;
     }
   }
 
@@ -343,6 +348,23 @@ Sizes most_likely_sizes(const Reduced& reduced, const std::vector<int>& at) {
 
 namespace {
 
+/// Those that had some, and those that by themselves gain enough: of many devices, few need to be solved for together.
+Which to_consider(const Correspondences& data, const Solution& solution,
+                  const std::vector<ResidualDistortion>& present) {
+  Which which(data.devices.size(), char(0));
+  for (std::size_t d = 0; d < which.size(); ++d) {
+    which[d] = !present.empty() && !present[d].empty();
+    if (which[d]) continue;
+    Which alone(which.size(), char(0));
+    alone[d] = 1;
+    const Equations equations(data, solution, alone);
+    if (equations.coefficients() == 0) continue;
+    const std::optional<Reduced> reduced = reduce(data, equations, VecX::Zero(equations.coefficients()));
+    which[d] = reduced && reduced->rows > 0 && most_likely_sizes(*reduced, equations.at()).gain[d] > 0;
+  }
+  return which;
+}
+
 /// The estimate by the sizes of largest likelihood, of devices whose `at` is not -1.
 std::optional<ResidualDistortionEstimate> estimate(const Correspondences& data, const Solution& solution,
                                                    const Equations& equations, const Reduced& reduced,
@@ -390,8 +412,13 @@ std::optional<ResidualDistortionEstimate> estimate(const Correspondences& data, 
 
 std::optional<ResidualDistortionEstimate> estimate_residual_distortion(
     const Correspondences& data, const Solution& solution, const std::vector<ResidualDistortion>& present) {
-  const Equations equations(data, solution);
-  if (equations.coefficients() == 0) return std::nullopt;
+  const Which which = to_consider(data, solution, present);
+  const Equations equations(data, solution, which);
+  ResidualDistortionEstimate none;
+  none.of_devices.resize(data.devices.size());
+  none.likelihood_gain.assign(data.devices.size(), 0);
+  none.rms_px.assign(data.devices.size(), 0);
+  if (equations.coefficients() == 0) return none;
   const std::optional<Reduced> reduced = reduce(data, equations, coefficients_of(equations, present));
   if (!reduced || !(reduced->rows > 0)) return std::nullopt;
   std::vector<int> at = equations.at();
@@ -400,14 +427,16 @@ std::optional<ResidualDistortionEstimate> estimate_residual_distortion(
   for (std::size_t d = 0; out && d < at.size(); ++d)
     if (out->likelihood_gain[d] > 0 && !(out->rms_px[d] >= kMinRmsPx && out->rms_px[d] <= kMaxRmsPx))
       at[d] = -1, left_out = true;
-  return left_out ? estimate(data, solution, equations, *reduced, at) : out;
+  if (left_out) out = estimate(data, solution, equations, *reduced, at);
+  if (out) out->considered = which;
+  return out;
 }
 
 std::vector<Correspondences> without_own_views(const Correspondences& data, const Solution& solution,
                                                const ResidualDistortionEstimate& estimate) {
   std::vector<Correspondences> out(data.views.size(), data);
   if (!estimate.any()) return out;
-  const Equations equations(data, solution);
+  const Equations equations(data, solution, estimate.considered);
   const Eigen::Index n = equations.common().size(), unknowns = equations.width() - 1;
   std::map<int, MatX> of_group;  // rows^T rows, of views that repeat a pose together
   const MatX priors = equations.priors();

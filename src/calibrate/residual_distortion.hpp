@@ -47,7 +47,8 @@ struct ResidualDistortionEstimate {
   /// uncertainty, and to cx and cy the mean square of d, which the lens lacks.
   MatX added_covariance;
 
-  VecX prior_sigmas;  ///< of the coefficients of all devices that may have some, pixels
+  std::vector<char> considered;  ///< by device: it might have had some
+  VecX prior_sigmas;             ///< of the coefficients of the devices considered, pixels
 
   bool any() const;
 };

@@ -1,5 +1,6 @@
 #include "procam/core/lens/detail/camera_body.hpp"
 #include "procam/core/lens/detail/distortion_body.hpp"
 #include "procam/core/lens/detail/frustum_body.hpp"
+#include "procam/core/lens/detail/lens_change_body.hpp"
 #include "procam/core/lens/distortion/detail/brown_conrady_body.hpp"
 #include "procam/core/lens/distortion/detail/rational_body.hpp"

@@ -5,60 +5,27 @@
 ///   min over a:  sum_i |J_i a - d_i|^2,   J_i the derivative of the pixel by the free parameters, at p_i's bearing
 ///
 /// by a column-pivoting QR decomposition. What remains of d is what the model has no term for.
-#include <Eigen/QR>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/camera.hpp"
 
 namespace procam {
 
 /// Points of a picture, evenly over it, pixels.
-inline Points2 grid_over(const ImageSize& size, int across, int down) {
-  Points2 points;
-  for (int j = 0; j < down; ++j)
-    for (int i = 0; i < across; ++i)
-      points.emplace_back((i + 0.5) / across * size.width - 0.5, (j + 0.5) / down * size.height - 0.5);
-  return points;
-}
+PROCAM_EXPORT Points2 grid_over(const ImageSize& size, int across, int down);
 
 /// a above, a column for each column of `displacements` (2 n rows: x and y of each pixel in turn, pixels). `free`: positions
 /// in parameters_of(lens). Pixels where the lens has no inverse do not count; all zero where fewer than half are left.
-inline MatX lens_change(const Camera& lens, const std::vector<int>& free, const Points2& pixels,
-                        const MatX& displacements) {
-  require(displacements.rows() == Eigen::Index(2 * pixels.size()),
-          "lens_change: a displacement of two rows for each pixel");
-  const VecX parameters = parameters_of(lens);
-  const auto count = Eigen::Index(free.size());
-  MatX by_lens(displacements.rows(), count), wanted(displacements.rows(), displacements.cols());
-  Eigen::Index row = 0;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const std::optional<Vec3> bearing = lens.unproject(pixels[i]);
-    bool seen = bearing.has_value();
-    for (Eigen::Index k = 0; k < count && seen; ++k) {
-      const int at = free[std::size_t(k)];
-      const double step = at < Intrinsics::kNumParameters ? 0.1 : 1e-5;  // pixels; a coefficient
-      VecX more = parameters, less = parameters;
-      more[at] += step, less[at] -= step;
-      const std::optional<Vec2> plus = with_parameters(lens, more).project(*bearing),
-                                minus = with_parameters(lens, less).project(*bearing);
-      seen = plus && minus;
-      if (seen) by_lens.block<2, 1>(row, k) = (*plus - *minus) / (2 * step);
-    }
-    if (!seen) continue;
-    wanted.middleRows<2>(row) = displacements.middleRows<2>(Eigen::Index(2 * i));
-    row += 2;
-  }
-  if (count == 0 || row < Eigen::Index(pixels.size())) return MatX::Zero(count, displacements.cols());
-  const VecX scale = by_lens.topRows(row).colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
-  const MatX scaled = by_lens.topRows(row) * scale.asDiagonal();
-  return scale.asDiagonal() * MatX(scaled.colPivHouseholderQr().solve(wanted.topRows(row)));
-}
+/// Throws std::invalid_argument when the rows do not match the pixels.
+PROCAM_EXPORT MatX lens_change(const Camera& lens, const std::vector<int>& free, const Points2& pixels,
+                               const MatX& displacements);
 
 /// The lens with a change of its free parameters.
-inline Camera with_lens_change(const Camera& lens, const std::vector<int>& free, const VecX& change) {
-  VecX parameters = parameters_of(lens);
-  for (std::size_t k = 0; k < free.size(); ++k) parameters[free[k]] += change[Eigen::Index(k)];
-  return with_parameters(lens, parameters);
-}
+PROCAM_EXPORT Camera with_lens_change(const Camera& lens, const std::vector<int>& free, const VecX& change);
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/lens/detail/lens_change_body.hpp"
+#endif

@@ -137,68 +137,34 @@ struct JointEquations {
   }
 };
 
-void add_priors(const Correspondences& data, const BundleState& solution, const BundleOptions& options,
-                const CommonParameters& common, NormalEquations& all) {
-  for (std::size_t d = 0; d < data.devices.size(); ++d)
-    for (const LensPrior& prior : priors_of(options, d)) {
-      if (common.lens_at[d] < 0) continue;
-      const VecX weights = prior_weights(prior, solution.lenses[d]) / prior.sigma;
-      VecX row = VecX::Zero(common.size());
-      for (std::size_t i = 0; i < common.free_of_lens[d].size(); ++i)
-        row[common.lens_at[d] + int(i)] = weights[common.free_of_lens[d][i]];
-      all.information += row * row.transpose();
-      all.diagonal += row.cwiseAbs2();
-    }
-  const Points3 printed = points_in_board(data.board);
-  for (std::size_t i = 0; i < printed.size(); ++i) {
-    const int at = common.point_at[i], sheet = common.sheet_at;
-    if (at < 0) continue;
-    const double weight = 1 / (options.board_sigma * options.board_sigma);
-    all.information.diagonal().segment<3>(at).array() += weight;
-    all.diagonal.segment<3>(at).array() += weight;
-    if (sheet < 0) continue;
-    const Vec3 height = solution.sheet.height_by_curvature(printed[i].head<2>());
-    all.information.block<3, 3>(sheet, sheet) += weight * height * height.transpose();
-    all.information.block<1, 3>(at + 2, sheet) -= weight * height.transpose();
-    all.information.block<3, 1>(sheet, at + 2) -= weight * height;
-    all.diagonal.segment<3>(sheet) += weight * height.cwiseAbs2();
-  }
-}
-
 }  // namespace
 
-PriorRows prior_rows(const Correspondences& data, const BundleState& solution, const BundleOptions& options,
-                     const CommonParameters& common) {
-  std::vector<std::pair<VecX, double>> rows;
+std::vector<PriorRow> prior_rows(const Correspondences& data, const BundleState& solution,
+                                 const BundleOptions& options, const CommonParameters& common) {
+  std::vector<PriorRow> rows;
   for (std::size_t d = 0; d < data.devices.size(); ++d)
     for (const LensPrior& prior : priors_of(options, d)) {
       if (common.lens_at[d] < 0) continue;
       const VecX weights = prior_weights(prior, solution.lenses[d]) / prior.sigma;
-      VecX row = VecX::Zero(common.size());
+      PriorRow row;
       for (std::size_t i = 0; i < common.free_of_lens[d].size(); ++i)
-        row[common.lens_at[d] + int(i)] = weights[common.free_of_lens[d][i]];
-      rows.emplace_back(row, weights.dot(parameters_of(solution.lenses[d])) - prior.value / prior.sigma);
+        row.by_common.emplace_back(common.lens_at[d] + int(i), weights[common.free_of_lens[d][i]]);
+      row.residual = weights.dot(parameters_of(solution.lenses[d])) - prior.value / prior.sigma;
+      rows.push_back(std::move(row));
     }
   const Points3 printed = points_in_board(data.board);
   for (std::size_t i = 0; i < printed.size(); ++i) {
     const int at = common.point_at[i];
     if (at < 0) continue;
+    const double weight = 1 / options.board_sigma;
     const Vec3 height = solution.sheet.height_by_curvature(printed[i].head<2>());
-    const Vec3 off =
-        solution.points_in_board[i] - printed[i] - height.dot(solution.sheet.curvature) * Vec3::UnitZ();
-    for (int axis = 0; axis < 3; ++axis) {
-      VecX row = VecX::Zero(common.size());
-      row[at + axis] = 1 / options.board_sigma;
-      if (axis == 2 && common.sheet_at >= 0) row.segment<3>(common.sheet_at) = -height / options.board_sigma;
-      rows.emplace_back(row, off[axis] / options.board_sigma);
-    }
+    Vec3 off = solution.points_in_board[i] - printed[i];
+    off.z() -= height.dot(solution.sheet.curvature);
+    for (int axis = 0; axis < 3; ++axis) rows.push_back({{{at + axis, weight}}, weight * off[axis]});
+    for (int k = 0; k < 3 && common.sheet_at >= 0; ++k)
+      rows.back().by_common.emplace_back(common.sheet_at + k, -weight * height[k]);
   }
-  PriorRows out{MatX(Eigen::Index(rows.size()), common.size()), VecX(Eigen::Index(rows.size()))};
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    out.by_common.row(Eigen::Index(i)) = rows[i].first;
-    out.residuals[Eigen::Index(i)] = rows[i].second;
-  }
-  return out;
+  return rows;
 }
 
 NormalEquations normal_equations(const Correspondences& data, const UsedMask& used,
@@ -227,7 +193,11 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
     all.information += all.views.back().information;
     all.diagonal += all.views.back().diagonal;
   }
-  add_priors(data, solution, options, common, all);
+  for (const PriorRow& row : prior_rows(data, solution, options, common))
+    for (const auto& [i, by_i] : row.by_common) {
+      for (const auto& [j, by_j] : row.by_common) all.information(i, j) += by_i * by_j;
+      all.diagonal[i] += by_i * by_i;
+    }
   return all;
 }
 

@@ -2,6 +2,7 @@
 /// Private to calibrate: the normal equations at a solution, a view at a time, with its board pose
 /// eliminated.
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "procam/calibrate/bundle.hpp"
@@ -42,14 +43,14 @@ struct NormalEquations {
   VecX diagonal;     ///< of the same before poses were eliminated
 };
 
-/// What is known beforehand of lenses and of the board's points, as whitened residuals and their derivatives by the common
-/// parameters, a row each.
-struct PriorRows {
-  MatX by_common;
-  VecX residuals;
+/// What is known beforehand of a lens or of a board's point, as a whitened residual and its derivatives by the common
+/// parameters that it depends on.
+struct PriorRow {
+  std::vector<std::pair<int, double>> by_common;
+  double residual = 0;
 };
-PriorRows prior_rows(const Correspondences& data, const BundleState& solution, const BundleOptions& options,
-                     const CommonParameters& common);
+std::vector<PriorRow> prior_rows(const Correspondences& data, const BundleState& solution,
+                                 const BundleOptions& options, const CommonParameters& common);
 
 /// Of the views of each pose group together (BundleOptions::pose_groups), `information`, `gradient` and
 /// `used` alone; in the order of the groups' numbers.

@@ -104,10 +104,12 @@ class Equations {
   const BundleOptions& options() const { return options_; }
 
   MatX priors() const {
-    const PriorRows priors = prior_rows(data_, solution_.state(), options_, common_);
-    MatX rows = MatX::Zero(priors.residuals.size(), width());
-    rows.leftCols(common_.size()) = priors.by_common;
-    rows.rightCols(1) = priors.residuals;
+    const std::vector<PriorRow> priors = prior_rows(data_, solution_.state(), options_, common_);
+    MatX rows = MatX::Zero(Eigen::Index(priors.size()), width());
+    for (std::size_t i = 0; i < priors.size(); ++i) {
+      for (const auto& [column, derivative] : priors[i].by_common) rows(Eigen::Index(i), column) = derivative;
+      rows(Eigen::Index(i), width() - 1) = priors[i].residual;
+    }
     return rows;
   }
 

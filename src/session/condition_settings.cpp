@@ -31,6 +31,14 @@ int parse_count(const std::string& text) {
   return int(value);
 }
 
+double parse_rms(const std::string& text) {
+  const double value = io::parse_pixels(text);
+  if (!(value >= 0 && value <= 10))
+    throw Error(ErrorKind::kInput, "'" + text + "'", "it is not a displacement of 0 to 10 px (RMS)",
+                "write one such as 0.05px");
+  return value;
+}
+
 const std::vector<ConditionSetting>& settings_table() {
   static const std::vector<ConditionSetting> table{
       {"skew", "3px", "skew of camera and projector, K(0,1)",
@@ -52,12 +60,12 @@ const std::vector<ConditionSetting>& settings_table() {
       {"lens-deviation", "0.05px",
        "smooth displacement of the pictures of camera and projector that no lens model has, RMS; of boards",
        [](Conditions& c, const std::string& text) {
-         c.camera_deviation_px = c.projector_deviation_px = io::parse_pixels(text);
+         c.camera_deviation_px = c.projector_deviation_px = parse_rms(text);
        }},
       {"camera-lens-deviation", "0.05px", "of the camera alone",
-       [](Conditions& c, const std::string& text) { c.camera_deviation_px = io::parse_pixels(text); }},
+       [](Conditions& c, const std::string& text) { c.camera_deviation_px = parse_rms(text); }},
       {"projector-lens-deviation", "0.05px", "of the projector alone",
-       [](Conditions& c, const std::string& text) { c.projector_deviation_px = io::parse_pixels(text); }},
+       [](Conditions& c, const std::string& text) { c.projector_deviation_px = parse_rms(text); }},
       {"gamma", "2.2", "of the camera; 1: linear",
        [](Conditions& c, const std::string& text) { c.gamma = always(io::parse_share(text)); }},
       {"colour-sensor", "1", "1: a sensor with colour filters, whose colours are interpolated; 0: a grey one",

@@ -37,13 +37,6 @@ Correspondences measured(const NumericWorld& world, Light light, std::uint64_t s
   return data;
 }
 
-Rig rig_of(const NumericWorld& world) {
-  Rig rig;
-  rig.cameras.push_back({"camera", world.camera, Pose()});
-  rig.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  return rig;
-}
-
 struct Share {
   int inside = 0, total = 0;
   void add(bool is_inside) { inside += is_inside, ++total; }
@@ -114,7 +107,7 @@ Coverage coverage_of(std::uint64_t first, std::uint64_t last, int draws) {
     const double camera_sigma = test::uniform(random, 0.04, 0.15),
                  light_sigma = test::uniform(random, 0.04, 0.2);
     const NumericWorld world = NumericWorld::make_rig(views, 1000 + seed, camera_sigma, light_sigma);
-    const Rig truth = rig_of(world);
+    const Rig truth = world.rig();
     const Options options;
     Share of_rig;
     for (int draw = 0; draw < draws; ++draw) {

@@ -31,10 +31,7 @@ std::string taken(const CalibrationResult& result, int device) {
 }
 
 double off_mm(const CalibrationResult& result, const NumericWorld& world) {
-  Rig truth;
-  truth.cameras.push_back({"camera", world.camera, Pose()});
-  truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  return analyze::true_light_error(result.rig, truth, 2).rms_mm;
+  return analyze::true_light_error(result.rig, world.rig(), 2).rms_mm;
 }
 
 TEST(LensModel, SaysWhatItEstimates) {

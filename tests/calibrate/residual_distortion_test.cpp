@@ -27,13 +27,6 @@ Correspondences deviating(Correspondences data, const NumericWorld& world, doubl
   return data;
 }
 
-Rig truth_of(const NumericWorld& world) {
-  Rig truth;
-  truth.cameras.push_back({"camera", world.camera, Pose()});
-  truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  return truth;
-}
-
 /// Of the ten lens parameters of both devices and the pose: how many are within three of their sigmas.
 int inside_three_sigmas(const CalibrationResult& result, const NumericWorld& world) {
   int inside = 0;
@@ -64,7 +57,7 @@ TEST(ResidualDistortion, DoesNotPullTheLensesAndIsInTheirSigmas) {
         calibrate_rig(deviating(world.correspondences(seed), world, 0.06, 40 + 2 * seed));
     inside += inside_three_sigmas(result, world);
     told += result.diagnostics.find("residual_distortion") != nullptr;
-    const double off = analyze::true_light_error(result.rig, truth_of(world), 2).rms_mm;
+    const double off = analyze::true_light_error(result.rig, world.rig(), 2).rms_mm;
     const double predicted = analyze::predicted_light_error(result.rig, 2).rms_mm;
     true_squares += off * off, predicted_squares += predicted * predicted;
   }

@@ -25,10 +25,7 @@ Correspondences modest(Correspondences data) {
 
 /// Of a rig's light at 2 m, mm.
 double light_error(const Rig& rig, const NumericWorld& world) {
-  Rig truth;
-  truth.cameras.push_back({"camera", world.camera, Pose()});
-  truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  return analyze::true_light_error(rig, truth, 2).rms_mm;
+  return analyze::true_light_error(rig, world.rig(), 2).rms_mm;
 }
 
 NumericWorld bent_world(int views, std::uint64_t seed) {

@@ -209,9 +209,7 @@ TEST(RobustCovariance, IsNeitherTooSmallNorTooLargeWhereCornersOfAViewErrTogethe
     bend_light(data, 0.015, 1100 + seed);
     const CalibrationResult result = calibrate_rig(data, without_averaging());
     from_views += result.sigmas_from_views;
-    Rig truth;
-    truth.cameras.push_back({"camera", world.camera, Pose()});
-    truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
+    const Rig truth = world.rig();
     for (const auto& [name, error] : errors(result.rig, truth)) {
       const double sigmas = std::abs(error) / result.rig.covariance.sigma(name);
       inside += sigmas <= 2;

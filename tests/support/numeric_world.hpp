@@ -84,6 +84,14 @@ struct NumericWorld {
     return world;
   }
 
+  /// The true rig, in the camera's frame.
+  Rig rig() const {
+    Rig truth;
+    truth.cameras.push_back({"camera", camera, Pose()});
+    truth.projectors.push_back({"projector", projector, projector_from_camera.inverse()});
+    return truth;
+  }
+
   void place_boards(int views, std::uint64_t seed) {
     std::mt19937_64 random(seed);
     // Not the library's distribution, whose numbers differ from one to the next.

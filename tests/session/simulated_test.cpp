@@ -37,7 +37,7 @@ TEST(SimulatedSession, RefusesLensDeviationsThatAreNone) {
     }
 }
 
-/// Silently left out, it would look as if it had no effect.
+/// Silently omitted, it would look as if it had no effect.
 TEST(SimulatedSession, RefusesLensDeviationsInARoom) {
   const std::optional<Error> error = refusal("lens-deviation=0.05px", "wall");
   ASSERT_TRUE(error);

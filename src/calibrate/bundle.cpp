@@ -7,9 +7,11 @@
 #include <ceres/solver.h>
 
 #include <array>
+#include <cmath>
 #include <memory>
 
 #include "prior_terms.hpp"
+#include "procam/calibrate/costs/flexed.hpp"
 #include "procam/calibrate/costs/lens_prior.hpp"
 #include "procam/calibrate/costs/point_prior.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"
@@ -33,6 +35,7 @@ struct Blocks {
   std::vector<PoseBlock> devices, boards;
   Points3 points;
   Vec3 curvature;
+  std::vector<Vec3> flex;
   std::vector<std::unique_ptr<ceres::LossFunction>> losses;  ///< by view; null: plain least squares
   std::unique_ptr<ceres::Problem> problem;
 };
@@ -49,6 +52,9 @@ void require_matching(const Correspondences& data, const UsedMask& used, const B
   require(state.points_in_board.size() == points_in_board(data.board).size(),
           "bundle: the start must have every point of the board");
   require(options.board_sigma >= 0, "bundle: board_sigma is a length, zero or more");
+  require(state.flex.empty() ? options.flex_sigma == 0
+                             : options.flex_sigma >= 0 && state.flex.size() == num_views,
+          "bundle: flex_sigma is a curvature, zero or more, and needs a start for the flex of each view");
 }
 
 [[noreturn]] void throw_not_evaluable(const std::string& why) {
@@ -68,6 +74,7 @@ std::unique_ptr<Blocks> blocks_of(const BundleState& state, const std::vector<do
   for (const Pose& pose : state.rig_from_board) blocks->boards.push_back(block_from_pose(pose));
   blocks->points = state.points_in_board;
   blocks->curvature = state.sheet.curvature;
+  blocks->flex = state.flex;
 
   for (const double weight : view_weight) {
     std::unique_ptr<ceres::LossFunction> loss;
@@ -99,6 +106,7 @@ void add_measurement(const BundleState& state, const Measurement& m, std::size_t
     of_residual.push_back(blocks.points[std::size_t(m.observation->point)].data());
   else
     of_residual.push_back(blocks.curvature.data());
+  if (!state.flex.empty()) of_residual.push_back(blocks.flex[view].data());
   blocks.problem->AddResidualBlock(cost.release(), blocks.losses[view].get(), of_residual);
 }
 
@@ -121,6 +129,19 @@ void constrain_device(const BundleState& state, const BundleOptions& options, st
     problem.SetManifold(blocks.devices[d].data(), new Se3Manifold);
 }
 
+/// Weighed as the view's residuals.
+void constrain_flex(const BundleOptions& options, const std::vector<double>& view_weight, Blocks& blocks) {
+  for (std::size_t v = 0; v < blocks.flex.size(); ++v) {
+    double* flex = blocks.flex[v].data();
+    if (!blocks.problem->HasParameterBlock(flex)) continue;
+    if (options.flex_sigma > 0)
+      blocks.problem->AddResidualBlock(new FlexPrior(options.flex_sigma / std::sqrt(view_weight[v])), nullptr,
+                                       flex);
+    else
+      blocks.problem->SetParameterBlockConstant(flex);
+  }
+}
+
 std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used, const BundleState& state,
                               const BundleOptions& options) {
   std::unique_ptr<Blocks> blocks = blocks_of(state, view_weights(used, options), options.huber_sigmas);
@@ -132,6 +153,7 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
   for (std::size_t d = 0; d < data.devices.size(); ++d) constrain_device(state, options, d, *blocks);
   for (PoseBlock& board : blocks->boards)
     if (problem.HasParameterBlock(board.data())) problem.SetManifold(board.data(), new Se3Manifold);
+  constrain_flex(options, view_weights(used, options), *blocks);
 
   const Points3 printed = points_in_board(data.board);
   for (std::size_t i = 0; i < printed.size(); ++i) {
@@ -160,6 +182,7 @@ std::shared_ptr<ceres::ParameterBlockOrdering> points_first(Blocks& blocks) {
   for (std::vector<double>& lens : blocks.lenses) add(lens.data(), group++);
   for (PoseBlock& device : blocks.devices) add(device.data(), group++);
   for (PoseBlock& board : blocks.boards) add(board.data(), group++);
+  for (Vec3& flex : blocks.flex) add(flex.data(), group++);
   add(blocks.curvature.data(), group);
   return ordering;
 }
@@ -196,6 +219,7 @@ BundleResult bundle_adjust(const Correspondences& data, const UsedMask& used, co
     result.state.rig_from_board[v] = pose_from_block(blocks->boards[v].data()).normalized();
   result.state.points_in_board = blocks->points;
   result.state.sheet.curvature = blocks->curvature;
+  result.state.flex = blocks->flex;
   result.iterations = int(summary.iterations.size());
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.report = summary.BriefReport();

@@ -18,11 +18,11 @@
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/core/base/words.hpp"
-#include "procam/core/geometry/se3.hpp"
 #include "residual_blocks.hpp"
 #include "residual_distortion.hpp"
 #include "result_gates.hpp"
 #include "rig_covariance.hpp"
+#include "shape.hpp"
 #include "shape_choice.hpp"
 #include "solve.hpp"
 #include "start.hpp"
@@ -128,8 +128,7 @@ std::vector<double> expected_holdout(const Correspondences& data, const Solution
     for (Eigen::Index i = -1; i < factor.cols(); ++i) {
       const VecX step = i < 0 ? VecX(VecX::Zero(common.size())) : VecX(factor.col(i));
       BundleState moved = common.moved(state, step);
-      const Vec6 follows = -(seen.views[v].pose_by_common * step);
-      moved.rig_from_board[v] = (se3_exp<double>(follows) * state.rig_from_board[v]).normalized();
+      move_view(moved, v, -(seen.views[v].own_by_common * step));
       for (std::size_t d = 0; d < data.devices.size(); ++d)
         for (const Measurement& m : measurements_of(data, int(v), int(d))) {
           if (!solution.used[v][d][std::size_t(m.index)]) continue;
@@ -154,7 +153,7 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
       note +=
           (note.empty() ? "" : "; ") + std::string("order turned by 180 degrees, as the board's shape asked");
     }
-  if (shape.free)
+  if (shape.free && (shape.free_points || shape.flex_rms == 0))
     result.diagnostics.note(
         "board_shape",
         (shape.free_points ? "the board is not flat: its points lie " + mm(shape.in_plane_rms) + " along and "
@@ -163,6 +162,14 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
             (shape.largest_of_light > 0 ? ", projected points max " + mm(shape.largest_of_light) : "") +
             "; modelling the board's shape reduces the held-out error from " + px(shape.holdout_flat_px) +
             " to " + px(shape.holdout_free_px));
+  if (flexes_visibly(shape, points_in_board(shaped.data.board)))
+    result.diagnostics.note(
+        "board_flexes",
+        "the board bends anew in each view, by " + mm(shape.flex_rms) +
+            " (RMS): the bend of each view is estimated" +
+            (shape.free_points ? std::string()
+                               : ", which reduces the held-out error from " + px(shape.holdout_flat_px) +
+                                     " to " + px(shape.holdout_free_px)));
 }
 
 /// What is known of the devices: by the normal equations, and to be told.
@@ -190,6 +197,8 @@ void begin_again(const Solution& solution, Start& start) {
   start.state = solution.state();
   start.state.points_in_board = printed;
   start.state.sheet = flat_sheet(printed);
+  start.state.flex.clear();
+  start.flex_sigma = solution.options.flex_sigma;
   start.first = solution.used;
   start.bundle_options.held = solution.options.held;
   start.bundle_options.priors = solution.options.priors;
@@ -290,8 +299,9 @@ struct ChosenSolution {
   std::vector<LensAlternative> alternatives;
 };
 
+/// `flex_sigma`: as an earlier solve had it, or zero.
 ChosenSolution solve_with_chosen_lenses(const Correspondences& given,
-                                        const std::optional<KnownLens>& known_camera,
+                                        const std::optional<KnownLens>& known_camera, double flex_sigma,
                                         const Options& options) {
   const bool camera_known = known_camera.has_value();
   Correspondences ordered = given;
@@ -302,6 +312,7 @@ ChosenSolution solve_with_chosen_lenses(const Correspondences& given,
   Start start = find_start(ordered, known_camera, of_start);
   free_lenses(ordered, options, camera_known, start);
   start.bundle_options.pose_groups = pose_groups(ordered);
+  start.flex_sigma = flex_sigma;
   ShapedSolution shaped = solve_with_shape(ordered, start, options);
   Solution chosen;
   std::vector<LensAlternative> alternatives =
@@ -335,7 +346,7 @@ DistortionSolution solve_with_residual_distortion(const Correspondences& given,
                                                   const Options& options) {
   constexpr int kRounds = 4;
   constexpr double kSettled = 0.03;  // of the distortion's RMS
-  ChosenSolution chosen = solve_with_chosen_lenses(given, known_camera, options);
+  ChosenSolution chosen = solve_with_chosen_lenses(given, known_camera, 0, options);
   ResidualDistortionEstimate beyond;
   for (int round = 0; round < kRounds; ++round) {
     report(options, "residual distortion", 0.6);
@@ -347,7 +358,7 @@ DistortionSolution solve_with_residual_distortion(const Correspondences& given,
     if (settled) break;
     try {
       chosen = solve_with_chosen_lenses(without_residual_distortion(given, beyond.of_devices), known_camera,
-                                        options);
+                                        chosen.shaped.solution.options.flex_sigma, options);
     } catch (const Error&) {  // the lens's own terms do not settle without it
       beyond = before;
       break;

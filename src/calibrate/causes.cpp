@@ -231,9 +231,13 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
            "capture the view again";
 
   const Points3 board = points_in_board(data.board);
+  // A view that takes no part has no pose to compare with; in the order as given, a wrong order fits none.
+  const auto own_as_given = takes_part(solution.used, std::size_t(view))
+                                ? std::nullopt
+                                : try_own_pose(data, everything, solution, view, device);
   const auto fits_in_order = [&](const Vec2& flip) {
     const auto rms = rms_in_order(data, everything, solution, view, device, exchanged_order(board, flip));
-    return rms && *rms < fits;
+    return rms && *rms < fits && !(own_as_given && kFarBetter * own_as_given->rms_px < *rms);
   };
   if (fits_in_order(Vec2(-1, -1)))
     return "the order of its points is turned by 180 degrees in " + name +

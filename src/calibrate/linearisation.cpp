@@ -66,6 +66,8 @@ std::optional<Linearised> Linearisation::operator()(const Measurement& m,
     for (int i = 0; i < 3 && common_.sheet_at >= 0; ++i)
       parts.back().columns.emplace_back(i, common_.sheet_at + i);
   }
+  const std::size_t flex = parts.size();
+  if (!state_.flex.empty()) parts.push_back({Block(2, 3), state_.flex[std::size_t(m.view)].data(), {}});
   std::vector<const double*> parameters;
   std::vector<double*> derivatives;
   std::size_t count = 0;
@@ -81,7 +83,9 @@ std::optional<Linearised> Linearisation::operator()(const Measurement& m,
   const double weight =
       options.huber_sigmas > 0 && length > options.huber_sigmas ? options.huber_sigmas / length : 1;
   out.residual *= std::sqrt(weight);
-  out.by_pose = std::sqrt(weight) * parts[pose].derivative.leftCols<6>();
+  out.by_view.resize(2, view_size(options));
+  out.by_view.leftCols<6>() = std::sqrt(weight) * parts[pose].derivative.leftCols<6>();
+  if (options.flex_sigma > 0) out.by_view.rightCols<3>() = std::sqrt(weight) * parts[flex].derivative;
   out.by_common.resize(2, Eigen::Index(count));
   for (const Part& part : parts)
     for (const auto& [from, to] : part.columns) {

@@ -15,7 +15,8 @@ struct Linearised {
   Vec2 residual;
   std::vector<int> columns;  ///< of the common vector
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> by_common;
-  Eigen::Matrix<double, 2, 6> by_pose;
+  /// By the increment of the board's pose, and by the view's flex where it is free.
+  Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> by_view;
   /// By a shift of all that a device projects, pixels: by its cx and cy, also where these are held. First the camera that
   /// read the light, if it takes part.
   std::vector<std::pair<int, Mat2>> by_shift;

@@ -161,6 +161,7 @@ std::vector<std::optional<NamedCovariance>> covariance_with_view(const Calibrati
   one.board = solved.data.board;
   one.devices = solved.data.devices;
   BundleState there = solved.state;
+  if (!there.flex.empty()) there.flex.assign(1, Vec3::Zero());  // it may bend either way
   BundleOptions alone = solved.options;
   alone.pose_groups.clear();
   for (std::size_t i = 0; i < rig_from_board.size(); ++i) {

@@ -1,12 +1,13 @@
 #include "normal_equations.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "linearisation.hpp"
 #include "prior_terms.hpp"
-#include "procam/core/base/cholesky.hpp"
+#include "procam/calibrate/costs/flexed.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "residual_blocks.hpp"
 
@@ -90,16 +91,17 @@ std::vector<ViewEquations> by_pose_group(const NormalEquations& equations, const
 
 namespace {
 
-/// One view's equations in the common parameters and the board's pose.
+/// One view's equations in the common parameters and its own.
 struct JointEquations {
-  explicit JointEquations(Eigen::Index n)
-      : information(MatX::Zero(n, n)), cross(MatX::Zero(6, n)), gradient(VecX::Zero(n)) {}
+  JointEquations(Eigen::Index n, Eigen::Index of_view)
+      : information(MatX::Zero(n, n)),
+        cross(MatX::Zero(of_view, n)),
+        own(MatX::Zero(of_view, of_view)),
+        gradient(VecX::Zero(n)),
+        own_gradient(VecX::Zero(of_view)) {}
 
-  MatX information;
-  Eigen::Matrix<double, 6, Eigen::Dynamic> cross;
-  VecX gradient;
-  Mat6 pose = Mat6::Zero();
-  Vec6 pose_gradient = Vec6::Zero();
+  MatX information, cross, own;
+  VecX gradient, own_gradient;
   bool used = false;
 
   void add(const Linearised& l) {
@@ -110,29 +112,36 @@ struct JointEquations {
       const Vec2 by_row = l.by_common.col(i);
       for (Eigen::Index j = 0; j < count; ++j)
         information(row, l.columns[std::size_t(j)]) += by_row.dot(l.by_common.col(j));
-      cross.col(row) += l.by_pose.transpose() * by_row;
+      cross.col(row) += l.by_view.transpose() * by_row;
       gradient[row] += by_row.dot(l.residual);
     }
-    pose += l.by_pose.transpose() * l.by_pose;
-    pose_gradient += l.by_pose.transpose() * l.residual;
+    own += l.by_view.transpose() * l.by_view;
+    own_gradient += l.by_view.transpose() * l.residual;
   }
 
-  /// The pose eliminated: with the weight w and the Schur complement, information - cross^T pose^-1 cross.
+  void add_flex_prior(double sigma, const Vec3& flex) {
+    const Mat3 whitening = flex_whitening(sigma);
+    own.bottomRightCorner<3, 3>() += whitening.transpose() * whitening;
+    own_gradient.tail<3>() += whitening.transpose() * (whitening * flex);
+  }
+
+  /// The view's own eliminated: with the weight w and the Schur complement, information - cross^T own^-1 cross.
   ViewEquations eliminated(double w, const std::string& view_name) const {
     // Radians and metres compare after scaling each to its own information.
-    const Vec6 scale = (w * pose).diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Cholesky factors(Mat6(scale.asDiagonal() * (w * pose) * scale.asDiagonal()));
-    if (!(factors.pivots().minCoeff() > 1e-13))
+    const VecX scale = (w * own).diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::LDLT<MatX> factors(MatX(scale.asDiagonal() * (w * own) * scale.asDiagonal()));
+    if (!(factors.vectorD().minCoeff() > 1e-13))
       throw Error(ErrorKind::kDegenerate, "view " + view_name,
                   "its points do not determine the board's pose: they lie on a line, or too close together",
                   "capture it again with more of the board in sight");
     ViewEquations view;
     view.used = true;
-    view.pose_covariance = scale.asDiagonal() * factors.inverse() * scale.asDiagonal();
-    view.pose_by_common = view.pose_covariance * (w * cross);
+    const MatX inverse = scale.asDiagonal() * factors.solve(MatX(scale.asDiagonal()));
+    view.pose_covariance = inverse.topLeftCorner<6, 6>();
+    view.own_by_common = inverse * (w * cross);
     view.diagonal = w * information.diagonal();
-    view.information = w * information - w * cross.transpose() * view.pose_by_common;
-    view.gradient = w * gradient - view.pose_by_common.transpose() * (w * pose_gradient);
+    view.information = w * information - w * cross.transpose() * view.own_by_common;
+    view.gradient = w * gradient - view.own_by_common.transpose() * (w * own_gradient);
     return view;
   }
 };
@@ -177,7 +186,7 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
   all.diagonal = VecX::Zero(n);
   const std::vector<double> view_weight = view_weights(used, options);
   for (std::size_t v = 0; v < data.views.size(); ++v) {
-    JointEquations joint(n);
+    JointEquations joint(n, view_size(options));
     for (std::size_t d = 0; d < data.devices.size(); ++d)
       for (const Measurement& m : measurements_of(data, int(v), int(d))) {
         if (!used[v][d][std::size_t(m.index)]) continue;
@@ -188,6 +197,7 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
                       "look at the views with the largest residuals");
         joint.add(*linearised);
       }
+    if (joint.used && options.flex_sigma > 0) joint.add_flex_prior(options.flex_sigma, solution.flex[v]);
     all.views.push_back(joint.used ? joint.eliminated(view_weight[v], data.views[v].name) : ViewEquations{});
     if (!joint.used) continue;
     all.information += all.views.back().information;

@@ -1,6 +1,6 @@
 #pragma once
-/// Private to calibrate: the normal equations at a solution, a view at a time, with its board pose
-/// eliminated.
+/// Private to calibrate: the normal equations at a solution, a view at a time, with what it has of its own (its board's pose,
+/// and its flex where that is free) eliminated.
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,21 +26,21 @@ struct CommonParameters {
   int devices_size = 0;                        ///< rows before the board's points
 };
 
-/// One view's share: with H = [A, B; B^T, P] and gradient [a; p] over (common, pose),
+/// One view's share: with H = [A, B; B^T, P] and gradient [a; p] over (common, own), own the pose increment and the flex,
 ///   S_v = A - B P^-1 B^T,   g_v = a - B P^-1 p
 struct ViewEquations {
   bool used = false;
   MatX information;      ///< S_v
   VecX gradient;         ///< g_v
   VecX diagonal;         ///< of A
-  MatX pose_by_common;   ///< P^-1 B^T, 6 rows: the pose moves by minus this times the common step
-  Mat6 pose_covariance;  ///< P^-1
+  MatX own_by_common;    ///< P^-1 B^T, view_size() rows: they move by minus this times the common step
+  Mat6 pose_covariance;  ///< of P^-1
 };
 
 struct NormalEquations {
   std::vector<ViewEquations> views;
   MatX information;  ///< sum of S_v and the prior of the board's points
-  VecX diagonal;     ///< of the same before poses were eliminated
+  VecX diagonal;     ///< of the same before the views' own were eliminated
 };
 
 /// What is known beforehand of a lens or of a board's point, as a whitened residual and its derivatives by the common

@@ -6,28 +6,32 @@
 #include <map>
 
 #include "believed_covariance.hpp"
+#include "procam/calibrate/costs/flexed.hpp"
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
 #include "procam/calibrate/costs/shared_corner.hpp"
 #include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/dual.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::calibrate {
 namespace {
 
 std::optional<Vec3> point_in_rig(const BundleState& state, const Measurement& m) {
   if (m.light != nullptr) return place_in_rig(state, m.view, *m.light);
-  return state.rig_from_board[std::size_t(m.view)] * state.points_in_board[std::size_t(m.observation->point)];
+  return state.rig_from_board[std::size_t(m.view)] *
+         state.point_in(std::size_t(m.view), std::size_t(m.observation->point));
 }
 
 /// Derivative of a device's pixel by the sheet's two coordinates at a point in the rig's frame.
-std::optional<Mat2> pixel_by_sheet(const BundleState& state, int device, const Pose& rig_from_board,
+std::optional<Mat2> pixel_by_sheet(const BundleState& state, int device, std::size_t view,
                                    const Vec3& point) {
+  const Pose& rig_from_board = state.rig_from_board[view];
   const Camera& lens = state.lenses[std::size_t(device)];
   const Pose& device_from_rig = state.device_from_rig[std::size_t(device)];
   using D = Dual<2>;
   const Vec3 in_device = device_from_rig * point;
-  const Vec2 slope = state.sheet.slope((rig_from_board.inverse() * point).head<2>());
+  const Vec2 slope = state.sheet_in(view).slope((rig_from_board.inverse() * point).head<2>());
   Vec3T<D> moved(D(in_device.x()), D(in_device.y()), D(in_device.z()));
   for (int axis = 0; axis < 2; ++axis) {
     const Vec3 along =
@@ -51,10 +55,9 @@ std::optional<Mat2> pixel_by_sheet(const BundleState& state, int device, const P
 }
 
 /// Derivative of a device's pixel by the camera's, over the sheet.
-std::optional<Mat2> carry_over(const BundleState& state, int device, int camera, const Pose& rig_from_board,
-                               const Vec3& point_in_rig) {
-  const auto lit = pixel_by_sheet(state, device, rig_from_board, point_in_rig),
-             seen = pixel_by_sheet(state, camera, rig_from_board, point_in_rig);
+std::optional<Mat2> carry_over(const BundleState& state, const Measurement& m, const Vec3& point_in_rig) {
+  const auto lit = pixel_by_sheet(state, m.device, std::size_t(m.view), point_in_rig),
+             seen = pixel_by_sheet(state, m.camera(), std::size_t(m.view), point_in_rig);
   if (!lit || !seen || !(std::abs(seen->determinant()) > 1e-12)) return std::nullopt;
   return Mat2(*lit * seen->inverse());
 }
@@ -80,7 +83,7 @@ Mat2 without_corner(const Mat2& of_light, const Mat2& of_corner, const Mat2& car
 /// carry_of where the measurement's residual or its covariance has a use for it.
 std::optional<Mat2> needed_carry(const BundleState& state, const Measurement& m, const Vec3& point) {
   if (m.light == nullptr && !read_at_corner(m)) return std::nullopt;
-  return carry_over(state, m.device, m.camera(), state.rig_from_board[std::size_t(m.view)], point);
+  return carry_over(state, m, point);
 }
 
 std::optional<Vec2> residual_with(const BundleState& state, const Measurement& m, const Vec3& point,
@@ -102,7 +105,34 @@ std::optional<Mat2> covariance_with(const Measurement& m, const std::optional<Ma
   return covariance;
 }
 
+std::unique_ptr<ceres::CostFunction> without_flex(const BundleState& state, const Measurement& m,
+                                                  const Mat2& sqrt_information,
+                                                  const std::optional<Mat2>& carry) {
+  const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
+  if (m.observation != nullptr) {
+    auto cost = reprojection_cost(model, m.pixel(), sqrt_information);
+    if (!read_at_corner(m)) return cost;
+    return std::make_unique<SharedCornerCost>(
+        reprojection_cost(state.lenses[std::size_t(m.camera())].distortion, m.corner->pixel,
+                          -sqrt_information * *carry),
+        std::move(cost));
+  }
+  return std::visit(
+      [&](const auto& camera_model, const auto& projector_model) -> std::unique_ptr<ceres::CostFunction> {
+        return std::make_unique<LightPointCost>(camera_model, projector_model, m.light->camera_pixel,
+                                                m.light->projector_pixel, sqrt_information,
+                                                state.sheet.centre);
+      },
+      state.lenses[std::size_t(m.light->camera)].distortion, model);
+}
+
 }  // namespace
+
+void move_view(BundleState& state, std::size_t view, const VecX& step) {
+  Pose& pose = state.rig_from_board[view];
+  pose = (se3_exp<double>(Vec6(step.head<6>())) * pose).normalized();
+  if (step.size() > 6) state.flex[view] += step.tail<3>();
+}
 
 std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, const Vec2& pixel,
                                                        const Mat2& sqrt_information) {
@@ -150,7 +180,7 @@ std::vector<double> view_weights(const UsedMask& used, const BundleOptions& opti
 std::optional<Mat2> carry_of(const BundleState& state, const Measurement& m) {
   const auto point = point_in_rig(state, m);
   if (!point) return std::nullopt;
-  return carry_over(state, m.device, m.camera(), state.rig_from_board[std::size_t(m.view)], *point);
+  return carry_over(state, m, *point);
 }
 
 bool read_at_corner(const Measurement& m) {
@@ -162,7 +192,8 @@ std::optional<Vec3> place_in_rig(const BundleState& state, int view, const Light
   if (!bearing) return std::nullopt;
   const Pose& rig_from_board = state.rig_from_board[std::size_t(view)];
   const Pose camera_from_board = state.device_from_rig[std::size_t(light.camera)] * rig_from_board;
-  const auto in_board = intersect(camera_from_board.inverse() * Ray{Vec3::Zero(), *bearing}, state.sheet);
+  const auto in_board =
+      intersect(camera_from_board.inverse() * Ray{Vec3::Zero(), *bearing}, state.sheet_in(std::size_t(view)));
   if (!in_board) return std::nullopt;
   return rig_from_board * *in_board;
 }
@@ -232,22 +263,11 @@ std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, 
   if (!covariance) return nullptr;
   // Whiten: with covariance = C C^T (Cholesky), L = C^-1.
   const Mat2 sqrt_information = cholesky_lower(noise.covariance(*covariance)).inverse();
-  const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
-  if (m.observation != nullptr) {
-    auto cost = reprojection_cost(model, m.pixel(), sqrt_information);
-    if (!read_at_corner(m)) return cost;
-    return std::make_unique<SharedCornerCost>(
-        reprojection_cost(state.lenses[std::size_t(m.camera())].distortion, m.corner->pixel,
-                          -sqrt_information * *carry),
-        std::move(cost));
-  }
-  return std::visit(
-      [&](const auto& camera_model, const auto& projector_model) -> std::unique_ptr<ceres::CostFunction> {
-        return std::make_unique<LightPointCost>(camera_model, projector_model, m.light->camera_pixel,
-                                                m.light->projector_pixel, sqrt_information,
-                                                state.sheet.centre);
-      },
-      state.lenses[std::size_t(m.light->camera)].distortion, model);
+  auto cost = without_flex(state, m, sqrt_information, carry);
+  if (state.flex.empty()) return cost;
+  return std::make_unique<FlexedCost>(
+      std::move(cost), m.light != nullptr ? FlexedCost::Last::kCurvature : FlexedCost::Last::kPoint,
+      state.sheet.centre);
 }
 
 std::vector<int> held_parameters(const Camera& lens, const std::vector<std::string>& held) {

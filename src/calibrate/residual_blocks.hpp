@@ -31,7 +31,7 @@ std::optional<JudgedResidual> judged_residual(const BundleState& state, const Me
 
 /// The cost of one measurement, whitened by its residual's covariance with that noise; null where it has
 /// none. Blocks of an observation: lens, device_from_rig, rig_from_board, point; of light read at a corner:
-/// see costs/shared_corner.hpp; of a light point: costs/light_point.hpp.
+/// see costs/shared_corner.hpp; of a light point: costs/light_point.hpp. In a state with flex, the view's as well.
 std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state,
                                                       const Measurement& measurement,
                                                       const ResidualNoise& noise);
@@ -42,6 +42,14 @@ std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, 
 
 /// The sheet of points that were printed: flat, about their middle.
 BentSheet flat_sheet(const Points3& printed);
+
+/// The size of what a view has of its own: its board's pose, and its flex where that is free.
+inline int view_size(const BundleOptions& options) {
+  return options.flex_sigma > 0 ? 9 : 6;
+}
+
+/// The pose increment and the flex of a view moved by a step of that size.
+void move_view(BundleState& state, std::size_t view, const VecX& step);
 
 /// A device's priors; none when the options have none.
 const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device);

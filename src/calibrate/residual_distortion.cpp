@@ -9,6 +9,7 @@
 #include <map>
 
 #include "linearisation.hpp"
+#include "procam/calibrate/costs/flexed.hpp"
 #include "procam/core/lens/lens_change.hpp"
 #include "residual_blocks.hpp"
 
@@ -69,9 +70,10 @@ bool is_free(const CommonParameters& common, std::size_t device) {
 std::optional<Vec2> pixel_of(const BundleState& state, const Measurement& m, int device) {
   if (m.light != nullptr && device != m.device) return m.light->camera_pixel;
   const std::optional<Vec3> point =
-      m.light != nullptr ? place_in_rig(state, m.view, *m.light)
-                         : std::optional(state.rig_from_board[std::size_t(m.view)] *
-                                         state.points_in_board[std::size_t(m.observation->point)]);
+      m.light != nullptr
+          ? place_in_rig(state, m.view, *m.light)
+          : std::optional(state.rig_from_board[std::size_t(m.view)] *
+                          state.point_in(std::size_t(m.view), std::size_t(m.observation->point)));
   if (!point) return std::nullopt;
   return state.lenses[std::size_t(device)].project(state.device_from_rig[std::size_t(device)] * *point);
 }
@@ -113,7 +115,7 @@ class Equations {
     return rows;
   }
 
-  /// One view's, its board pose eliminated; no rows for a view that takes no part. nullopt where a measurement cannot be
+  /// One view's, its own parameters eliminated; no rows for a view that takes no part. nullopt where a measurement cannot be
   /// projected.
   std::optional<MatX> of_view(std::size_t view) const {
     std::vector<Measurement> measurements;
@@ -121,16 +123,22 @@ class Equations {
       for (const Measurement& m : measurements_of(data_, int(view), int(d)))
         if (solution_.used[view][d][std::size_t(m.index)]) measurements.push_back(m);
     if (measurements.size() < 4) return MatX(0, width());
-    MatX rows = MatX::Zero(Eigen::Index(2 * measurements.size()), width());
-    MatX by_pose(rows.rows(), 6);
+    const Eigen::Index own = view_size(options_), priors = own - 6;
+    MatX rows = MatX::Zero(Eigen::Index(2 * measurements.size()) + priors, width());
+    MatX by_view = MatX::Zero(rows.rows(), own);
     for (std::size_t k = 0; k < measurements.size(); ++k) {
       const auto one = linearise_(measurements[k], options_);
       if (!one || !add(measurements[k], *one, rows.middleRows<2>(Eigen::Index(2 * k)))) return std::nullopt;
-      by_pose.middleRows<2>(Eigen::Index(2 * k)) = one->by_pose;
+      by_view.middleRows<2>(Eigen::Index(2 * k)) = one->by_view;
     }
-    const Eigen::HouseholderQR<MatX> qr(by_pose);
+    if (priors > 0) {
+      const Mat3 whitening = flex_whitening(options_.flex_sigma);
+      by_view.bottomRightCorner<3, 3>() = whitening;
+      rows.bottomRows<3>().rightCols<1>() = whitening * solution_.state().flex[view];
+    }
+    const Eigen::HouseholderQR<MatX> qr(by_view);
     const MatX turned = qr.householderQ().adjoint() * rows;
-    return MatX(std::sqrt(weights_[view]) * turned.bottomRows(turned.rows() - 6));
+    return MatX(std::sqrt(weights_[view]) * turned.bottomRows(turned.rows() - own));
   }
   double weight(std::size_t view) const { return weights_[view]; }
 
@@ -170,7 +178,7 @@ class Equations {
   Eigen::Index coefficients_ = 0;
 };
 
-/// What is left of the equations for the coefficients, the poses and the common parameters eliminated:
+/// What is left of the equations for the coefficients, the views' own and the common parameters eliminated:
 /// cost(c) = squares - 2 right^T c + c^T information c, in sigmas.
 struct Reduced {
   MatX information;

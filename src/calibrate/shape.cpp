@@ -42,6 +42,10 @@ double sheet_sigma(const Points3& printed) {
   return kSheetShare * spacing_of(printed);
 }
 
+bool flexes_visibly(const EstimatedShape& shape, const Points3& printed) {
+  return shape.flex_rms > 3 * sheet_sigma(printed);
+}
+
 std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& used, BundleState& state,
                                        const BundleOptions& options) {
   std::vector<int> turned;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "flex.hpp"
 #include "pose_groups.hpp"
 #include "shape.hpp"
 
@@ -16,6 +17,8 @@ constexpr double kShapeGain = 0.97;
 /// be predicted better by chance. Flat boards in numbers came to 3 at most, bent ones to 17 at least.
 constexpr double kShapeSigmas = 5;
 constexpr int kViewsForShape = 4;
+/// What the likelihood must gain before views have a flex of their own: less comes by chance once in 10^4 sessions.
+constexpr double kFlexGain = 16;
 
 /// How a board may differ from the printed one.
 struct ShapeModel {
@@ -32,15 +35,17 @@ ShapeModel free_points(const Points3& printed) {
   return {board_sigma(printed), 3 * double(printed.size()) - 7, true};
 }
 
-/// nullopt when it does not converge.
+/// nullopt when it does not converge. With `flex_sigma` > 0, the sheet bends anew in each view.
 std::optional<ShapedSolution> solve_shape(const ShapedSolution& flat, const ShapeModel& model,
-                                          const Start& start, const Options& options) {
+                                          double flex_sigma, const Start& start, const Options& options) {
   ShapedSolution shaped{flat.data, {}, {}, {}, model.freedom};
   BundleState state = flat.solution.state();
   if (model.settles_order)
     shaped.turned = settle_order_by_shape(shaped.data, flat.solution.used, state, flat.solution.options);
   BundleOptions with_shape = flat.solution.options;
   with_shape.board_sigma = model.sigma;
+  with_shape.flex_sigma = flex_sigma;
+  if (flex_sigma > 0 && state.flex.empty()) state.flex.assign(state.rig_from_board.size(), Vec3::Zero());
   try {
     // From all points again: those that the flat board rejected are the ones that show the shape.
     shaped.solution = solve(shaped.data, state, with_shape, start.first, start.used, options);
@@ -51,6 +56,38 @@ std::optional<ShapedSolution> solve_shape(const ShapedSolution& flat, const Shap
   shaped.shape = measure_shape(shaped.data, shaped.solution);
   shaped.shape.free_points = model.settles_order;
   return shaped;
+}
+
+/// Does the solution's linearisation show that the sheet bends anew in each view?
+bool may_flex(const ShapedSolution& shaped, const Points3& printed) {
+  Solution with_flex = shaped.solution;
+  with_flex.options.board_sigma = std::max(with_flex.options.board_sigma, sheet_sigma(printed));
+  with_flex.options.flex_sigma = loose_flex(printed);
+  with_flex.bundle.state.flex.assign(with_flex.state().rig_from_board.size(), Vec3::Zero());
+  const std::optional<FlexSize> size = most_likely_flex(shaped.data, with_flex);
+  return size && size->gain >= kFlexGain;
+}
+
+/// The same with a flex in each view, of the size that the views show; nullopt where they show none. Begins with `sigma`.
+std::optional<ShapedSolution> solve_flexing(const ShapedSolution& flat, const ShapeModel& model, double sigma,
+                                            const Start& start, const Options& options) {
+  constexpr int kRounds = 5;
+  constexpr double kSettled = 0.1;  // share of the size
+  std::optional<ShapedSolution> flexing;
+  for (int round = 0; round < kRounds; ++round) {
+    flexing = solve_shape(flat, model, sigma, start, options);
+    if (!flexing) return std::nullopt;
+    const std::optional<FlexSize> size = most_likely_flex(flexing->data, flexing->solution);
+    if (!size || size->gain < kFlexGain) return std::nullopt;
+    if (std::abs(size->sigma - sigma) < kSettled * sigma) break;
+    sigma = size->sigma;
+  }
+  flexing->shape.flex_rms = flex_rms(flexing->data, flexing->solution);
+  return flexing;
+}
+
+void report_shape(const Options& options) {
+  if (options.progress) options.progress("the board's shape", 0.5);
 }
 
 /// Is the model with more freedom worth it? Writes the held-out errors of both to `general.shape`.
@@ -79,22 +116,39 @@ bool is_unexplained(const Solution& solution) {
 }  // namespace
 
 ShapedSolution solve_with_shape(const Correspondences& data, const Start& start, const Options& options) {
-  ShapedSolution best{
+  const ShapedSolution flat{
       data, solve(data, start.state, start.bundle_options, start.first, start.used, options), {}, {}};
-  if (options.board_shape == BoardShape::kFlat) return best;
+  if (options.board_shape == BoardShape::kFlat) return flat;
   const bool automatic = options.board_shape == BoardShape::kAuto;
-  const int views = count_groups(start.used, start.bundle_options.pose_groups);
-  if (automatic && (views < kViewsForShape || !is_unexplained(best.solution))) return best;
+  if (automatic && count_groups(start.used, start.bundle_options.pose_groups) < kViewsForShape) return flat;
 
-  if (options.progress) options.progress("the board's shape", 0.5);
   const Points3 printed = points_in_board(data.board);
-  const ShapedSolution flat = best;
+  ShapedSolution best = flat;
+  double flex_sigma = start.flex_sigma > 0 ? start.flex_sigma : loose_flex(printed);
+  bool flexes = false;
   if (automatic) {
-    std::optional<ShapedSolution> sheet = solve_shape(flat, bent_sheet(printed), start, options);
-    if (sheet && is_better(best, *sheet)) best = std::move(*sheet);
+    if (is_unexplained(flat.solution)) {
+      report_shape(options);
+      std::optional<ShapedSolution> sheet = solve_shape(flat, bent_sheet(printed), 0, start, options);
+      if (sheet && is_better(flat, *sheet)) best = std::move(*sheet);
+    }
+    if (may_flex(best, printed)) {
+      report_shape(options);
+      std::optional<ShapedSolution> flexing =
+          solve_flexing(flat, bent_sheet(printed), flex_sigma, start, options);
+      flexes = flexing.has_value();
+      if (flexes) {
+        is_better(flat, *flexing);  // to tell
+        best = std::move(*flexing);
+        flex_sigma = best.solution.options.flex_sigma;
+      }
+    }
     if (!is_unexplained(best.solution)) return best;
   }
-  std::optional<ShapedSolution> free = solve_shape(flat, free_points(printed), start, options);
+  report_shape(options);
+  std::optional<ShapedSolution> free;
+  if (flexes) free = solve_flexing(flat, free_points(printed), flex_sigma, start, options);
+  if (!free) free = solve_shape(flat, free_points(printed), 0, start, options);
   if (!free) return best;
   const bool better = is_better(best, *free);
   if (better || !automatic) return std::move(*free);

@@ -58,7 +58,14 @@ void bind_bundle_types(py::module_& m) {
       .field("sheet", &calibrate::BundleState::sheet,
              "that the board is printed on and light points fall on; flat to begin with")
       .field("points_in_board", &calibrate::BundleState::points_in_board,
-             "by point: where the board has it, metres; as printed to begin with");
+             "by point: where the board has it, metres; as printed to begin with")
+      .field("flex", &calibrate::BundleState::flex,
+             "By view: the curvature that the sheet has in this view alone, added to the sheet's;\n"
+             "empty: the sheet is the same in all views.")
+      .method("sheet_in", &calibrate::BundleState::sheet_in, "The sheet as it is in a view.", py::arg("view"))
+      .method("point_in", &calibrate::BundleState::point_in,
+              "A board's point as it is in a view, in the board's frame, metres.", py::arg("view"),
+              py::arg("point"));
 
   Record<calibrate::ResidualNoise> residual_noise(
       m, "ResidualNoise",
@@ -86,6 +93,9 @@ void bind_bundle_types(py::module_& m) {
              "Zero holds the points: the board is as printed, and flat. One shape for all views;\n"
              "the prior also carries the freedom that shape and poses share (six for the place,\n"
              "one for the scale).")
+      .field("flex_sigma", &calibrate::BundleOptions::flex_sigma,
+             "RMS of the curvature by which the sheet bends anew in each view, 1/metre: the prior of\n"
+             "BundleState.flex. Zero holds it.")
       .field("pose_groups", &calibrate::BundleOptions::pose_groups,
              "By view: the number of its group. Views of a group repeat one pose of the board:\n"
              "what disturbs one of them (paper, light, the corner's place within a pixel) disturbs\n"
@@ -221,6 +231,9 @@ void bind_alternatives(py::module_& m) {
       .field("out_of_plane_rms", &calibrate::EstimatedShape::out_of_plane_rms, "metres")
       .field("largest", &calibrate::EstimatedShape::largest, "metres")
       .field("sheet", &calibrate::EstimatedShape::sheet, "that the board was printed on")
+      .field("flex_rms", &calibrate::EstimatedShape::flex_rms,
+             "Of what the sheet bends anew in each view, over the points seen; 0: the same sheet in\n"
+             "all. Metres.")
       .field("free_points", &calibrate::EstimatedShape::free_points,
              "every point has a place of its own; else all lie on the sheet")
       .field("largest_of_light", &calibrate::EstimatedShape::largest_of_light,

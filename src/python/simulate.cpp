@@ -202,6 +202,8 @@ void bind_conditions(py::module_& m) {
       .field("bend", &simulate::Conditions::bend,
              "Metres by which the sheet rises half a metre from the print's middle, like a cylinder\n"
              "about an axis of any direction.")
+      .field("flex", &simulate::Conditions::flex,
+             "RMS of the rise that the sheet has anew in each view, as `bend`, metres")
       .field("print_scale", &simulate::Conditions::print_scale,
              "true size of the print / size that the session states");
 

@@ -138,6 +138,7 @@ void board_fields(Fields& f, const CalibrationResult& result) {
       board.field("largest_mm", 1e3 * result.shape.largest);
       board.field("free_points", result.shape.free_points);
       board.field("largest_of_light_mm", 1e3 * result.shape.largest_of_light);
+      board.field("flex_rms_mm", 1e3 * result.shape.flex_rms);
     }
     board.field("size_to_measure", result.size_to_measure);
   });

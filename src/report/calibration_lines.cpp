@@ -90,6 +90,9 @@ void add_board(const CalibrationResult& result, Lines& lines) {
                     (result.shape.largest_of_light > 0
                          ? format(", projected points max %.1f mm", 1e3 * result.shape.largest_of_light)
                          : ""));
+  if (result.diagnostics.find("board_flexes") != nullptr)
+    lines.push_back(
+        format("           bends anew in each view, by %.2f mm (RMS)", 1e3 * result.shape.flex_rms));
   lines.push_back("measure    " + result.size_to_measure);
 }
 

@@ -39,6 +39,14 @@ double parse_rms(const std::string& text) {
   return value;
 }
 
+double parse_rise(const std::string& text) {
+  const double value = io::parse_length(text);
+  if (!(value >= 0 && value <= 0.1))
+    throw Error(ErrorKind::kInput, "'" + text + "'", "it is not a rise of 0 to 100 mm (RMS)",
+                "write one such as 1mm");
+  return value;
+}
+
 const std::vector<ConditionSetting>& settings_table() {
   static const std::vector<ConditionSetting> table{
       {"skew", "3px", "skew of camera and projector, K(0,1)",
@@ -124,6 +132,8 @@ const std::vector<ConditionSetting>& settings_table() {
        [](Conditions& c, const std::string& text) { c.spot = io::parse_share(text); }},
       {"bend", "6mm", "rise of the sheet half a metre from the print's middle, like a cylinder; 0mm: flat",
        [](Conditions& c, const std::string& text) { c.bend = always(io::parse_length(text)); }},
+      {"flex", "1mm", "RMS of the rise that the sheet has anew in each view, as bend",
+       [](Conditions& c, const std::string& text) { c.flex = parse_rise(text); }},
       {"print-scale", "98%", "true size of the print / size that session.json states",
        [](Conditions& c, const std::string& text) { c.print_scale = io::parse_share(text); }},
   };

@@ -258,9 +258,12 @@ SimulatedFolder write_room(const fs::path& place, const SimulationOptions& optio
   if (options.markers || options.board || !options.check.empty() || changes_rig(options))
     throw Error(ErrorKind::kUnsupported, "--room", "a room is simulated without boards and changes",
                 "leave out --board, --marker-view, --check-board, --bump and --zoom");
-  if (const simulate::Conditions conditions = conditions_of(options);
-      conditions.camera_deviation_px > 0 || conditions.projector_deviation_px > 0)
+  const simulate::Conditions conditions = conditions_of(options);
+  if (conditions.camera_deviation_px > 0 || conditions.projector_deviation_px > 0)
     throw Error(ErrorKind::kUnsupported, "--set lens-deviation", "lenses of a room are simulated without it",
+                "leave it out, or simulate boards");
+  if (conditions.bend.high > 0 || conditions.flex > 0)
+    throw Error(ErrorKind::kUnsupported, "--set bend or flex", "a room has no board that bends",
                 "leave it out, or simulate boards");
   const auto [rig, fixed_capture] = room_rig(options);
   simulate::CaptureOptions capture = fixed_capture;

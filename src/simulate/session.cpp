@@ -195,6 +195,7 @@ void check(const Conditions& c) {
   require(std::abs(c.lateral_colour) < 0.1, "make_session: lateral_colour not in (-0.1, 0.1)");
   require(c.camera_deviation_px >= 0 && c.projector_deviation_px >= 0,
           "make_session: camera_deviation_px or projector_deviation_px negative");
+  require(c.flex >= 0 && c.flex <= 0.1, "make_session: flex not in [0, 0.1] metres");
   require(c.lag >= 0 && c.lag < 1 && c.iris >= 0 && c.projector_gamma > 0,
           "make_session: lag not in [0, 1), negative iris, or projector_gamma not above 0");
 }
@@ -241,12 +242,17 @@ BoardArtwork scaled(BoardArtwork artwork, double factor) {
   return artwork;
 }
 
-BentSheet bent_sheet(const Board& print, const Range& bend, Random& random) {
-  const double rise = draw(bend, random), axis = random.uniform(0, 2 * kPi);
+/// Of a cylinder about an axis of any direction that rises by this half a metre from its middle.
+Vec3 curvature_of(double rise, Random& random) {
+  const double axis = random.uniform(0, 2 * kPi);
   const Vec2 across(std::cos(axis), std::sin(axis));
   const double curvature = 8 * rise;  // of a parabola: rise = curvature (0.5 m)^2 / 2
-  return {curvature * Vec3(across.x() * across.x(), across.x() * across.y(), across.y() * across.y()),
-          middle_of_print(print).head<2>()};
+  return curvature * Vec3(across.x() * across.x(), across.x() * across.y(), across.y() * across.y());
+}
+
+/// RMS `rms`.
+double draw_flex(double rms, Random& random) {
+  return std::sqrt(3.0) * rms * random.uniform(-1, 1);
 }
 
 /// The board as it was printed, the rig, and a wall behind both.
@@ -263,7 +269,8 @@ World make_world(const Recipe& recipe, const std::optional<Eigen::AlignedBox2d>&
     world.board.layout = procam::scaled(world.board.layout, conditions.print_scale);
     world.board.artwork = scaled(world.board.artwork, conditions.print_scale);
   }
-  world.board.sheet = bent_sheet(world.board.layout, conditions.bend, random_bend);
+  const double rise = draw(conditions.bend, random_bend);
+  world.board.sheet = {curvature_of(rise, random_bend), middle_of_print(world.board.layout).head<2>()};
   // Print and light share the camera's image: the light's place is half a print right of the axis.
   const ArtworkRectangle dark = print_of(world.board.layout);
   const double print_width = dark.high.x() - dark.low.x() + 2 * world.board.margin;
@@ -409,7 +416,11 @@ SimulatedSession make_session(Level level, std::uint64_t seed,
                     : conditions.views > 0 ? conditions.views
                                            : recipe.views;
   session.defects = draw_defects(conditions, views, random_conditions);
+  Random random_flex(seed, std::uint64_t(level), 13);
+  const Vec3 common_curvature = world.board.sheet.curvature;
   for (int view = 0; view < views; ++view) {
+    const double rise = draw_flex(conditions.flex, random_flex);
+    world.board.sheet.curvature = common_curvature + curvature_of(rise, random_flex);
     const double turn = distance_start + view * 0.6180339887498949;
     placing.distance = recipe.nearest + (recipe.farthest - recipe.nearest) * (turn - std::floor(turn));
     placing.tilt_direction = 2 * kPi * (tilt_start + view * 0.3819660112501051);

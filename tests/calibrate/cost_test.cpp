@@ -2,6 +2,7 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
+#include "procam/calibrate/costs/flexed.hpp"
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/point_prior.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
@@ -240,6 +241,78 @@ TEST(SharedCornerCost, DerivativesAreThoseOfFiniteDifferences) {
           << "block " << b << " parameter " << i;
     }
   }
+}
+
+/// A cost of a point on a flat sheet, and one of the sheet's curvature: each with the flex as a block more.
+TEST(FlexedCost, DerivativesAreThoseOfFiniteDifferences) {
+  const LitSheet sheet;
+  const Vec2 centre(0.14, 0.09);
+  using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+  const Vec3 flex(-0.31, 0.22, 0.17), point(0.33, -0.17, 0.004);
+  const auto compare = [&](const ceres::CostFunction& cost, std::vector<std::vector<double>> blocks) {
+    std::vector<Block> derivative;
+    std::vector<double*> jacobians;
+    for (const auto& block : blocks) derivative.emplace_back(2, Eigen::Index(block.size()));
+    for (Block& block : derivative) jacobians.push_back(block.data());
+    const auto evaluate = [&](double** out) {
+      std::vector<const double*> pointers;
+      for (const auto& block : blocks) pointers.push_back(block.data());
+      Vec2 residual;
+      EXPECT_TRUE(cost.Evaluate(pointers.data(), residual.data(), out));
+      return residual;
+    };
+    EXPECT_LT((evaluate(jacobians.data()) - evaluate(nullptr)).norm(), 1e-9);
+    for (std::size_t b = blocks.size() - 2; b < blocks.size(); ++b)  // the others are the inner cost's
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double here = blocks[b][i];
+        blocks[b][i] = here + 1e-6;
+        const Vec2 above = evaluate(nullptr);
+        blocks[b][i] = here - 1e-6;
+        const Vec2 expected = (above - evaluate(nullptr)) / 2e-6;
+        blocks[b][i] = here;
+        EXPECT_LT((derivative[b].col(Eigen::Index(i)) - expected).norm(), 1e-5 * (1 + expected.norm()))
+            << "block " << b << " parameter " << i;
+      }
+    return evaluate(nullptr);
+  };
+  const std::vector<double> as_block(flex.data(), flex.data() + 3);
+
+  const auto of_point = [&] {
+    return std::make_unique<ReprojectionCost<BrownConrady>>(Vec2(711.5, 702.25), sheet.lit.sqrt_information);
+  };
+  const Vec2 flexed = compare(
+      FlexedCost(of_point(), FlexedCost::Last::kPoint, centre),
+      {sheet.blocks[2], sheet.blocks[3], sheet.blocks[4], {point.x(), point.y(), point.z()}, as_block});
+  const double dx = 0.33 - 0.14, dy = -0.17 - 0.09;
+  const Vec3 lifted(0.33, -0.17, 0.004 + 0.5 * (-0.31 * dx * dx + 2 * 0.22 * dx * dy + 0.17 * dy * dy));
+  const double* flat[] = {sheet.blocks[2].data(), sheet.blocks[3].data(), sheet.blocks[4].data(),
+                          lifted.data()};
+  Vec2 expected;
+  ASSERT_TRUE(of_point()->Evaluate(flat, expected.data(), nullptr));
+  EXPECT_LT((flexed - expected).norm(), 1e-9);
+
+  auto light = std::make_unique<LightPointCost>(FisheyeDistortion{}, BrownConrady{}, Vec2(735, 691),
+                                                Vec2(711.5, 702.25), sheet.seen.sqrt_information, centre);
+  std::vector<std::vector<double>> blocks(sheet.blocks.begin(), sheet.blocks.end());
+  blocks.push_back(as_block);
+  compare(FlexedCost(std::move(light), FlexedCost::Last::kCurvature, centre), blocks);
+}
+
+/// Cylinders about axes of any direction whose curvature has RMS s have whitened squares of mean 3.
+TEST(FlexPrior, IsThatOfCylindersOfAnyDirection) {
+  const double s = 0.013;
+  const FlexPrior prior(s);
+  Mat3 second = Mat3::Zero();
+  constexpr int kAxes = 360;
+  for (int i = 0; i < kAxes; ++i) {
+    const double c = std::cos(kPi * i / kAxes), d = std::sin(kPi * i / kAxes);
+    const Vec3 flex = s * Vec3(c * c, c * d, d * d);
+    const double* blocks[] = {flex.data()};
+    Vec3 residual;
+    ASSERT_TRUE(prior.Evaluate(blocks, residual.data(), nullptr));
+    second += residual * residual.transpose() / kAxes;
+  }
+  EXPECT_LT((second - Mat3::Identity()).norm(), 1e-9);
 }
 
 TEST(PointPrior, DerivativesAreThoseOfFiniteDifferences) {

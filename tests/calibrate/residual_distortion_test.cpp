@@ -1,6 +1,7 @@
 /// Lenses that do more than their models: smooth displacements of some hundredths of a pixel.
 #include <gtest/gtest.h>
 
+#include "inside_sigmas.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/simulate/lens_deviation.hpp"
@@ -25,24 +26,6 @@ Correspondences deviating(Correspondences data, const NumericWorld& world, doubl
     }
   }
   return data;
-}
-
-/// Of the ten lens parameters of both devices and the pose: how many are within three of their sigmas.
-int inside_three_sigmas(const CalibrationResult& result, const NumericWorld& world) {
-  int inside = 0;
-  const NamedCovariance& covariance = result.rig.covariance;
-  const auto count = [&](const std::string& device, const Camera& found, const Camera& truth) {
-    const std::vector<std::string> names = parameter_names(found);
-    const VecX off = parameters_of(found) - parameters_of(truth);
-    for (std::size_t i = 0; i < names.size(); ++i)
-      for (std::size_t row = 0; row < covariance.names.size(); ++row)
-        if (covariance.names[row] == device + "." + names[i])
-          inside += std::abs(off[Eigen::Index(i)]) <=
-                    3 * std::sqrt(covariance.matrix(Eigen::Index(row), Eigen::Index(row)));
-  };
-  count("camera", result.rig.camera().camera, world.camera);
-  count("projector", result.rig.projector().projector.inverse_camera, world.projector.inverse_camera);
-  return inside;
 }
 
 /// Twelve rigs whose lenses depart by 0.06 px from their models, with corners as noisy. Without allowing for it, 226 of

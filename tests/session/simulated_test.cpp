@@ -37,11 +37,18 @@ TEST(SimulatedSession, RefusesLensDeviationsThatAreNone) {
     }
 }
 
+TEST(SimulatedSession, RefusesFlexThatIsNone) {
+  for (const char* value : {"-1mm", "1m", "nan", "", "abc"})
+    EXPECT_TRUE(refusal(std::string("flex=") + value)) << value;
+}
+
 /// Silently omitted, it would look as if it had no effect.
-TEST(SimulatedSession, RefusesLensDeviationsInARoom) {
-  const std::optional<Error> error = refusal("lens-deviation=0.05px", "wall");
-  ASSERT_TRUE(error);
-  EXPECT_EQ(error->kind(), ErrorKind::kUnsupported);
+TEST(SimulatedSession, RefusesInARoomWhatOnlyBoardsHave) {
+  for (const char* setting : {"lens-deviation=0.05px", "bend=6mm", "flex=1mm"}) {
+    const std::optional<Error> error = refusal(setting, "wall");
+    ASSERT_TRUE(error) << setting;
+    EXPECT_EQ(error->kind(), ErrorKind::kUnsupported) << setting;
+  }
 }
 
 }  // namespace

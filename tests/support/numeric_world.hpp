@@ -22,8 +22,9 @@ struct NumericWorld {
   Board board = Chessboard{9, 6, 0.035};
   std::vector<Pose> camera_from_board;
   double camera_sigma_px = 0, projector_sigma_px = 0;
-  BentSheet sheet;  ///< that the projected board of with_projected_board() falls on
-  Points3 bend;     ///< by point: where the sheet has it, minus where it was printed; empty for a flat sheet
+  BentSheet sheet;         ///< that the projected board of with_projected_board() falls on
+  std::vector<Vec3> flex;  ///< by view: curvature that is added to the sheet's; empty: none
+  Points3 bend;  ///< by point: where the sheet has it, minus where it was printed; empty for a flat sheet
 
   /// A sheet that sags by 1 mm between its ends, curls at one corner and was printed 0.2 % too wide.
   void bend_board() {
@@ -41,6 +42,25 @@ struct NumericWorld {
     sheet.curvature =
         8 * sag * Vec3(across.x() * across.x(), across.x() * across.y(), across.y() * across.y());
     for (const Vec3& p : printed) bend.emplace_back(0, 0, sheet.height(p.head<2>()));
+  }
+
+  /// The sheet bends anew in each view like a cylinder about an axis of any direction: by `rms` where it is half a metre from
+  /// the print's middle.
+  void flex_sheet(double rms, std::uint64_t seed) {
+    const Points3 printed = points_in_board(board);
+    sheet.centre = 0.5 * (printed.front() + printed.back()).head<2>();
+    std::mt19937_64 random(seed ^ 0x51ed270b);
+    std::normal_distribution<double> normal;
+    flex.clear();
+    for (std::size_t v = 0; v < camera_from_board.size(); ++v) {
+      const double axis = 2 * kPi * uniform(random, 0, 1), curvature = 8 * rms * normal(random);
+      const Vec2 across(std::cos(axis), std::sin(axis));
+      flex.push_back(curvature *
+                     Vec3(across.x() * across.x(), across.x() * across.y(), across.y() * across.y()));
+    }
+  }
+  BentSheet sheet_in(std::size_t view) const {
+    return flex.empty() ? sheet : BentSheet{sheet.curvature + flex[view], sheet.centre};
   }
 
   /// Boards spread over distance and tilt; every one inside the camera's image.
@@ -123,7 +143,9 @@ struct NumericWorld {
     for (std::size_t v = 0; v < camera_from_board.size(); ++v) {
       View view{"view_" + std::to_string(v), {{}, {}}};
       for (std::size_t i = 0; i < points.size(); ++i) {
-        const Vec3 in_camera = camera_from_board[v] * points[i];
+        Vec3 place = points[i];
+        if (!flex.empty()) place.z() += BentSheet{flex[v], sheet.centre}.height(place.head<2>());
+        const Vec3 in_camera = camera_from_board[v] * place;
         const auto seen = camera.project(in_camera);
         const auto lit = projector.project(projector_from_camera * in_camera);
         const auto add = [&](std::size_t device, const Vec2& pixel, double sigma) {
@@ -150,8 +172,9 @@ struct NumericWorld {
       const Pose& from_board = camera_from_board[v];
       const auto light_at = [&](const Vec2& camera_pixel) -> std::optional<Vec2> {
         const auto bearing = camera.unproject(camera_pixel);
-        const auto place =
-            bearing ? intersect(from_board.inverse() * Ray{Vec3::Zero(), *bearing}, Plane{}) : std::nullopt;
+        const auto place = bearing
+                               ? intersect(from_board.inverse() * Ray{Vec3::Zero(), *bearing}, sheet_in(v))
+                               : std::nullopt;
         return place ? projector.project(projector_from_camera * (from_board * *place)) : std::nullopt;
       };
       View& view = data.views[v];
@@ -184,7 +207,8 @@ struct NumericWorld {
         for (int x = 0; x < 9; ++x) {
           const Vec2 shown(120.0 + 95 * x, 90.0 + 85 * y);
           const auto ray = projector.emit(shown);
-          const auto on_sheet = ray ? intersect(projector_from_board.inverse() * *ray, sheet) : std::nullopt;
+          const auto on_sheet =
+              ray ? intersect(projector_from_board.inverse() * *ray, sheet_in(v)) : std::nullopt;
           const auto seen = on_sheet ? camera.project(camera_from_board[v] * *on_sheet) : std::nullopt;
           if (!seen || !camera.size.contains(*seen)) continue;
           LightPoint light;

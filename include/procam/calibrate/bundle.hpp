@@ -2,10 +2,10 @@
 /// Bundle adjustment: all lenses, all device poses, all board poses and, if asked, the board's shape at once,
 /// by Ceres.
 ///
-/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - place|^2 / board_sigma^2 + the lenses' priors,
+/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - place|^2 / board_sigma^2 + the priors of lenses and of flex,
 /// over every used observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment
 /// - a modern synthesis", 1999). A point's place is where it was printed, on a bent sheet whose curvature is an
-/// unknown as well. Device 0 carries the rig's frame. This is the door for people who bring their own start;
+/// unknown as well, and may differ a little from view to view (flex). Device 0 carries the rig's frame. This is the door for people who bring their own start;
 /// calibrate.hpp finds one.
 #include <optional>
 #include <string>
@@ -27,6 +27,20 @@ struct BundleState {
   std::vector<Pose> rig_from_board;   ///< by view
   Points3 points_in_board;            ///< by point: where the board has it, metres; as printed to begin with
   BentSheet sheet = {};  ///< that the board is printed on and light points fall on; flat to begin with
+  /// By view: the curvature that the sheet has in this view alone, added to the sheet's; empty: the sheet is the same in all
+  /// views.
+  std::vector<Vec3> flex = {};
+
+  /// The sheet as it is in a view.
+  BentSheet sheet_in(std::size_t view) const {
+    return flex.empty() ? sheet : BentSheet{sheet.curvature + flex.at(view), sheet.centre};
+  }
+  /// A board's point as it is in a view, in the board's frame, metres.
+  Vec3 point_in(std::size_t view, std::size_t point) const {
+    Vec3 place = points_in_board.at(point);
+    if (!flex.empty()) place.z() += BentSheet{flex.at(view), sheet.centre}.height(place.head<2>());
+    return place;
+  }
 };
 
 /// The covariance a residual is weighed with: scale^2 * detector's covariance + floor_px^2 * I. The floor
@@ -53,6 +67,9 @@ struct BundleOptions {
   /// the board is as the start has it. One shape for all views; the prior also carries the freedom that
   /// shape and poses share (six for the place, one for the scale).
   double board_sigma = 0;
+  /// RMS of the curvature by which the sheet bends anew in each view, 1/metre: the prior of BundleState::flex
+  /// (costs/flexed.hpp). Zero holds it.
+  double flex_sigma = 0;
   /// By view: the number of its group. Views of a group repeat one pose of the board: what disturbs one of
   /// them (paper, light, the corner's place within a pixel) disturbs all alike, so that together they weigh
   /// as one view, 1 / (views of the group that take part) each. Views beyond the list are groups of their

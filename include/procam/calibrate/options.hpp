@@ -40,7 +40,9 @@ struct LensOptions {
 enum class BoardShape {
   kFlat,  ///< as printed
   kFree,  ///< a bent sheet, and every point may lie off it by about 1 % of a square, the same in all views
-  kAuto,  ///< of flat, bent like a sheet (core/geometry/bent_sheet.hpp) and free the simplest that predicts held-out views well
+  /// Of flat, bent like a sheet (core/geometry/bent_sheet.hpp) and free the simplest that predicts held-out views well. If the
+  /// views show it, with a bend of its own in each view as well (costs/flexed.hpp).
+  kAuto,
 };
 
 struct Options {

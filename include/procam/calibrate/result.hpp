@@ -43,7 +43,9 @@ struct EstimatedShape {
   /// By point, board frame, metres: estimated minus printed, no rotation or shift left in it.
   Points3 offsets;
   double in_plane_rms = 0, out_of_plane_rms = 0, largest = 0;  ///< metres
-  BentSheet sheet = {};                                        ///< that the board was printed on
+  /// Of what the sheet bends anew in each view (costs/flexed.hpp), over the points seen; 0: the same sheet in all. Metres.
+  double flex_rms = 0;
+  BentSheet sheet = {};      ///< that the board was printed on
   bool free_points = false;  ///< every point has a place of its own; else all lie on the sheet
   /// Metres off the plane of the print's middle, of all light points; 0 without any.
   double largest_of_light = 0;

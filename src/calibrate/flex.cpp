@@ -50,10 +50,11 @@ struct FlexEquations {
 
 std::optional<FlexEquations> equations_of(const Correspondences& data, const Solution& solution) {
   const BundleState& state = solution.state();
-  const CommonParameters common(data, solution.used, state, solution.options);
+  const BundleOptions options = with_few_unknowns(data, solution.options);
+  const CommonParameters common(data, solution.used, state, options);
   const Linearisation linearise(state, common);
   const Eigen::Index n = common.size();
-  const std::vector<double> weights = view_weights(solution.used, solution.options);
+  const std::vector<double> weights = view_weights(solution.used, options);
   FlexEquations out;
   out.common = MatX::Zero(n + 1, n + 1);
   for (std::size_t v = 0; v < data.views.size(); ++v) {
@@ -61,7 +62,7 @@ std::optional<FlexEquations> equations_of(const Correspondences& data, const Sol
     for (std::size_t d = 0; d < data.devices.size(); ++d)
       for (const Measurement& m : measurements_of(data, int(v), int(d))) {
         if (!solution.used[v][d][std::size_t(m.index)]) continue;
-        auto one = linearise(m, solution.options);
+        auto one = linearise(m, options);
         if (!one) return std::nullopt;
         measured.push_back(*std::move(one));
       }
@@ -87,7 +88,7 @@ std::optional<FlexEquations> equations_of(const Correspondences& data, const Sol
     out.weight.push_back(weights[v]);
     out.rows += weights[v] * double(rest.rows());
   }
-  for (const PriorRow& prior : prior_rows(data, state, solution.options, common)) {
+  for (const PriorRow& prior : prior_rows(data, state, options, common)) {
     VecX row = VecX::Zero(n + 1);
     for (const auto& [column, derivative] : prior.by_common) row[column] = derivative;
     row[n] = prior.residual;

@@ -70,6 +70,12 @@ BundleState CommonParameters::moved(const BundleState& state, const VecX& step) 
   return out;
 }
 
+BundleOptions with_few_unknowns(const Correspondences& data, BundleOptions options) {
+  constexpr std::size_t kMaxPoints = 100;
+  if (points_in_board(data.board).size() > kMaxPoints) options.board_sigma = 0;
+  return options;
+}
+
 std::vector<ViewEquations> by_pose_group(const NormalEquations& equations, const BundleOptions& options) {
   if (options.pose_groups.empty()) return equations.views;
   std::map<int, ViewEquations> groups;

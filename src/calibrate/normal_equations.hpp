@@ -43,6 +43,10 @@ struct NormalEquations {
   VecX diagonal;     ///< of the same before the views' own were eliminated
 };
 
+/// The same with the board held where it has hundreds of points: free, they would cost minutes where other unknowns are many as
+/// well, and what is smooth over a picture or a sheet depends little on them.
+BundleOptions with_few_unknowns(const Correspondences& data, BundleOptions options);
+
 /// What is known beforehand of a lens or of a board's point, as a whitened residual and its derivatives by the common
 /// parameters that it depends on.
 struct PriorRow {

@@ -145,13 +145,6 @@ class Equations {
   Eigen::Index width() const { return common_.size() + coefficients_ + 1; }
 
  private:
-  /// Hundreds of free board points would cost minutes; the smooth displacement depends little on them.
-  static BundleOptions with_few_unknowns(const Correspondences& data, BundleOptions options) {
-    constexpr std::size_t kMaxPoints = 100;
-    if (points_in_board(data.board).size() > kMaxPoints) options.board_sigma = 0;
-    return options;
-  }
-
   bool add(const Measurement& m, const Linearised& one, Eigen::Ref<MatX> row) const {
     for (std::size_t i = 0; i < one.columns.size(); ++i)
       row.col(one.columns[i]) += one.by_common.col(Eigen::Index(i));

@@ -153,7 +153,9 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
       note +=
           (note.empty() ? "" : "; ") + std::string("order turned by 180 degrees, as the board's shape asked");
     }
-  if (shape.free && (shape.free_points || shape.flex_rms == 0))
+  const Points3 printed = points_in_board(shaped.data.board);
+  const bool bends = bends_visibly(shape, printed);
+  if (bends)
     result.diagnostics.note(
         "board_shape",
         (shape.free_points ? "the board is not flat: its points lie " + mm(shape.in_plane_rms) + " along and "
@@ -162,14 +164,13 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
             (shape.largest_of_light > 0 ? ", projected points max " + mm(shape.largest_of_light) : "") +
             "; modelling the board's shape reduces the held-out error from " + px(shape.holdout_flat_px) +
             " to " + px(shape.holdout_free_px));
-  if (flexes_visibly(shape, points_in_board(shaped.data.board)))
+  if (flexes_visibly(shape, printed))
     result.diagnostics.note(
-        "board_flexes",
-        "the board bends anew in each view, by " + mm(shape.flex_rms) +
-            " (RMS): the bend of each view is estimated" +
-            (shape.free_points ? std::string()
-                               : ", which reduces the held-out error from " + px(shape.holdout_flat_px) +
-                                     " to " + px(shape.holdout_free_px)));
+        "board_flexes", "the board bends anew in each view, by " + mm(shape.flex_rms) +
+                            " (RMS): the bend of each view is estimated" +
+                            (bends ? std::string()
+                                   : ", which reduces the held-out error from " + px(shape.holdout_flat_px) +
+                                         " to " + px(shape.holdout_free_px)));
 }
 
 /// What is known of the devices: by the normal equations, and to be told.

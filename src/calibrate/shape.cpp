@@ -46,6 +46,11 @@ bool flexes_visibly(const EstimatedShape& shape, const Points3& printed) {
   return shape.flex_rms > 3 * sheet_sigma(printed);
 }
 
+bool bends_visibly(const EstimatedShape& shape, const Points3& printed) {
+  return shape.free && (shape.free_points || shape.flex_rms == 0 ||
+                        shape.out_of_plane_rms > std::max(3 * sheet_sigma(printed), shape.flex_rms));
+}
+
 std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& used, BundleState& state,
                                        const BundleOptions& options) {
   std::vector<int> turned;

@@ -44,9 +44,12 @@ double explained_by_shape(const Correspondences& simple_data, const Solution& si
                           const Correspondences& general_data, const Solution& general, double freedom,
                           double freedom_of_general);
 
-/// Does the board bend enough from view to view to be told? Errors of detectors that are alike over a view, of micrometres on
-/// the sheet, are estimated as flex as well.
+/// Is the bend that each view adds worth a note? Errors of detectors that are alike over a view, of micrometres on the sheet,
+/// are estimated as flex as well.
 bool flexes_visibly(const EstimatedShape& shape, const Points3& printed);
+
+/// And the common shape? Beside a flex, the common bend is solved for in any case.
+bool bends_visibly(const EstimatedShape& shape, const Points3& printed);
 
 /// The solution's points against the board as printed, and its sheet.
 EstimatedShape measure_shape(const Correspondences& data, const Solution& solution);

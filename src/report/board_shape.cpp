@@ -18,7 +18,9 @@ std::string millimetres(double metres) {
 std::string board_shape(const calibrate::CalibrationResult& result, const Board& board) {
   const calibrate::EstimatedShape& shape = result.shape;
   const Points3 printed = points_in_board(board);
-  if (!shape.free || printed.empty() || shape.offsets.size() != printed.size()) return "";
+  if (result.diagnostics.find("board_shape") == nullptr || printed.empty() ||
+      shape.offsets.size() != printed.size())
+    return "";
   Vec2 low = printed.front().head<2>(), high = low;
   for (const Vec3& p : printed) low = low.cwiseMin(p.head<2>()), high = high.cwiseMax(p.head<2>());
   const double to_svg = (kShapeWidth - 2 * kShapeMargin) / std::max(1e-9, (high - low).x());

@@ -81,7 +81,7 @@ void add_residuals(const CalibrationResult& result, const ReportInput& input, Li
 }
 
 void add_board(const CalibrationResult& result, Lines& lines) {
-  if (result.shape.free)
+  if (result.diagnostics.find("board_shape") != nullptr)
     lines.push_back((result.shape.free_points ? format("board      not flat: points %.2f mm along and ",
                                                        1e3 * result.shape.in_plane_rms)
                                               : std::string("board      bent like a sheet: points ")) +
@@ -92,7 +92,7 @@ void add_board(const CalibrationResult& result, Lines& lines) {
                          : ""));
   if (result.diagnostics.find("board_flexes") != nullptr)
     lines.push_back(
-        format("           bends anew in each view, by %.2f mm (RMS)", 1e3 * result.shape.flex_rms));
+        format("board      bends anew in each view, by %.2f mm (RMS)", 1e3 * result.shape.flex_rms));
   lines.push_back("measure    " + result.size_to_measure);
 }
 

@@ -44,7 +44,7 @@ double explained_by_shape(const Correspondences& simple_data, const Solution& si
                           const Correspondences& general_data, const Solution& general, double freedom,
                           double freedom_of_general);
 
-/// Is the bend that each view adds worth a note? Errors of detectors that are alike over a view, of micrometres on the sheet,
+/// Is the bend that each view adds large enough to be reported? Errors of detectors that are alike over a view, of micrometres on the sheet,
 /// are estimated as flex as well.
 bool flexes_visibly(const EstimatedShape& shape, const Points3& printed);
 

@@ -141,7 +141,7 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
           solve_flexing(flat, bent_sheet(printed), flex_sigma, start, options);
       flexes = flexing.has_value();
       if (flexes) {
-        is_better(flat, *flexing);  // to tell
+        is_better(flat, *flexing);  // for the held-out errors, which are reported
         best = std::move(*flexing);
         flex_sigma = best.solution.options.flex_sigma;
       }

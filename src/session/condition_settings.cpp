@@ -31,20 +31,20 @@ int parse_count(const std::string& text) {
   return int(value);
 }
 
-double parse_rms(const std::string& text) {
-  const double value = io::parse_pixels(text);
-  if (!(value >= 0 && value <= 10))
-    throw Error(ErrorKind::kInput, "'" + text + "'", "it is not a displacement of 0 to 10 px (RMS)",
-                "write one such as 0.05px");
+/// An RMS of 0 to `largest`; NaN is none.
+double within(double value, double largest, const std::string& text, const std::string& why,
+              const std::string& example) {
+  if (!(value >= 0 && value <= largest))
+    throw Error(ErrorKind::kInput, "'" + text + "'", why, "write one such as " + example);
   return value;
 }
 
+double parse_rms(const std::string& text) {
+  return within(io::parse_pixels(text), 10, text, "it is not a displacement of 0 to 10 px (RMS)", "0.05px");
+}
+
 double parse_rise(const std::string& text) {
-  const double value = io::parse_length(text);
-  if (!(value >= 0 && value <= 0.1))
-    throw Error(ErrorKind::kInput, "'" + text + "'", "it is not a rise of 0 to 100 mm (RMS)",
-                "write one such as 1mm");
-  return value;
+  return within(io::parse_length(text), 0.1, text, "it is not a rise of 0 to 100 mm (RMS)", "1mm");
 }
 
 const std::vector<ConditionSetting>& settings_table() {

@@ -5,8 +5,8 @@
 /// Minimises sum rho(|L (project - pixel)|^2) + sum |point - place|^2 / board_sigma^2 + the priors of lenses and of flex,
 /// over every used observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment
 /// - a modern synthesis", 1999). A point's place is where it was printed, on a bent sheet whose curvature is an
-/// unknown as well, and may differ a little from view to view (flex). Device 0 carries the rig's frame. This is the door for people who bring their own start;
-/// calibrate.hpp finds one.
+/// unknown as well, and may differ a little from view to view (flex). Device 0 carries the rig's frame. This is the
+/// door for people who bring their own start; calibrate.hpp finds one.
 #include <optional>
 #include <string>
 #include <vector>

@@ -6,6 +6,7 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -36,6 +37,7 @@ struct Blocks {
   Points3 points;
   Vec3 curvature;
   std::vector<Vec3> flex;
+  std::vector<std::vector<Vec3>> image_changes;
   std::vector<std::unique_ptr<ceres::LossFunction>> losses;  ///< by view; null: plain least squares
   std::unique_ptr<ceres::Problem> problem;
 };
@@ -52,9 +54,17 @@ void require_matching(const Correspondences& data, const UsedMask& used, const B
   require(state.points_in_board.size() == points_in_board(data.board).size(),
           "bundle: the start must have every point of the board");
   require(options.board_sigma >= 0, "bundle: board_sigma is a length, zero or more");
-  require(state.flex.empty() ? options.flex_sigma == 0
-                             : options.flex_sigma >= 0 && state.flex.size() == num_views,
-          "bundle: flex_sigma is a curvature, zero or more, and needs a start for the flex of each view");
+  const ViewVariation& vary = options.variation;
+  require(vary.flex >= 0 && vary.focus >= 0 && vary.shift_px >= 0,
+          "bundle: the standard deviations of the variation are zero or more");
+  require(state.flex.empty() ? vary.flex == 0 : state.flex.size() == num_views,
+          "bundle: variation.flex needs a start for the flex of each view");
+  require(state.image_changes.empty()
+              ? !vary.of_image()
+              : state.image_changes.size() == num_views &&
+                    std::all_of(state.image_changes.begin(), state.image_changes.end(),
+                                [&](const auto& of_view) { return of_view.size() == num_devices; }),
+          "bundle: variation.focus and shift_px need a start for the change of each view and device");
 }
 
 [[noreturn]] void throw_not_evaluable(const std::string& why) {
@@ -75,6 +85,7 @@ std::unique_ptr<Blocks> blocks_of(const BundleState& state, const std::vector<do
   blocks->points = state.points_in_board;
   blocks->curvature = state.sheet.curvature;
   blocks->flex = state.flex;
+  blocks->image_changes = state.image_changes;
 
   for (const double weight : view_weight) {
     std::unique_ptr<ceres::LossFunction> loss;
@@ -107,6 +118,8 @@ void add_measurement(const BundleState& state, const Measurement& m, std::size_t
   else
     of_residual.push_back(blocks.curvature.data());
   if (!state.flex.empty()) of_residual.push_back(blocks.flex[view].data());
+  if (const int changed = changed_camera(state, m); changed >= 0)
+    of_residual.push_back(blocks.image_changes[view][std::size_t(changed)].data());
   blocks.problem->AddResidualBlock(cost.release(), blocks.losses[view].get(), of_residual);
 }
 
@@ -129,17 +142,29 @@ void constrain_device(const BundleState& state, const BundleOptions& options, st
     problem.SetManifold(blocks.devices[d].data(), new Se3Manifold);
 }
 
-/// Weighed as the view's residuals.
-void constrain_flex(const BundleOptions& options, const std::vector<double>& view_weight, Blocks& blocks) {
+/// What differs from view to view. Weighed as the view's residuals.
+void constrain_variation(const BundleState& state, const ViewVariation& variation,
+                         const std::vector<double>& view_weight, Blocks& blocks) {
+  ceres::Problem& problem = *blocks.problem;
   for (std::size_t v = 0; v < blocks.flex.size(); ++v) {
     double* flex = blocks.flex[v].data();
-    if (!blocks.problem->HasParameterBlock(flex)) continue;
-    if (options.flex_sigma > 0)
-      blocks.problem->AddResidualBlock(new FlexPrior(options.flex_sigma / std::sqrt(view_weight[v])), nullptr,
-                                       flex);
+    if (!problem.HasParameterBlock(flex)) continue;
+    if (variation.flex > 0)
+      problem.AddResidualBlock(new FlexPrior(variation.flex / std::sqrt(view_weight[v])), nullptr, flex);
     else
-      blocks.problem->SetParameterBlockConstant(flex);
+      problem.SetParameterBlockConstant(flex);
   }
+  for (std::size_t v = 0; v < blocks.image_changes.size(); ++v)
+    for (std::size_t d = 0; d < state.lenses.size(); ++d) {
+      Vec3& change = blocks.image_changes[v][d];
+      if (!problem.HasParameterBlock(change.data())) continue;
+      if (variation.of_image())
+        problem.AddResidualBlock(new ImageChangePrior(std::sqrt(view_weight[v]) *
+                                                      image_change_weights(variation, state.lenses[d].size)),
+                                 nullptr, change.data());
+      else
+        problem.SetParameterBlockConstant(change.data());
+    }
 }
 
 std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used, const BundleState& state,
@@ -153,7 +178,7 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
   for (std::size_t d = 0; d < data.devices.size(); ++d) constrain_device(state, options, d, *blocks);
   for (PoseBlock& board : blocks->boards)
     if (problem.HasParameterBlock(board.data())) problem.SetManifold(board.data(), new Se3Manifold);
-  constrain_flex(options, view_weights(used, options), *blocks);
+  constrain_variation(state, options.variation, view_weights(used, options), *blocks);
 
   const Points3 printed = points_in_board(data.board);
   for (std::size_t i = 0; i < printed.size(); ++i) {
@@ -183,6 +208,8 @@ std::shared_ptr<ceres::ParameterBlockOrdering> points_first(Blocks& blocks) {
   for (PoseBlock& device : blocks.devices) add(device.data(), group++);
   for (PoseBlock& board : blocks.boards) add(board.data(), group++);
   for (Vec3& flex : blocks.flex) add(flex.data(), group++);
+  for (std::vector<Vec3>& of_view : blocks.image_changes)
+    for (Vec3& change : of_view) add(change.data(), group++);
   add(blocks.curvature.data(), group);
   return ordering;
 }
@@ -220,6 +247,7 @@ BundleResult bundle_adjust(const Correspondences& data, const UsedMask& used, co
   result.state.points_in_board = blocks->points;
   result.state.sheet.curvature = blocks->curvature;
   result.state.flex = blocks->flex;
+  result.state.image_changes = blocks->image_changes;
   result.iterations = int(summary.iterations.size());
   result.converged = summary.termination_type == ceres::CONVERGENCE;
   result.report = summary.BriefReport();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "describe.hpp"
+#include "hold_out.hpp"
 #include "joined.hpp"
 #include "lens_choice.hpp"
 #include "lens_models.hpp"
@@ -70,80 +71,6 @@ void require_consistent(const Correspondences& data) {
   }
 }
 
-/// Error of each device on a view that the solve did not see, nor others of its pose; its board pose taken
-/// from its first camera alone.
-void hold_out(const Correspondences& data, const UsedMask& everything, const Solution& full, int view,
-              ViewResult& result) {
-  UsedMask without = full.used;
-  for (std::size_t v = 0; v < without.size(); ++v)
-    if (pose_group(full.options, v) == pose_group(full.options, std::size_t(view)))
-      for (auto& of_device : without[v]) std::fill(of_device.begin(), of_device.end(), char(0));
-  const UsedMask only =
-      only_view(full.used, std::size_t(view), posing_camera(data, full.used, std::size_t(view)));
-  BundleState state = bundle_adjust(data, without, full.state(), full.options).state;
-  state = bundle_adjust(data, only, state, hold_devices(full.options, state)).state;
-  for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    result.holdout_px.push_back(spread_of(data, state, full.used, int(d), view).rms_px);
-    result.holdout_all_px.push_back(spread_of(data, state, everything, int(d), view).rms_px);
-  }
-}
-
-/// By device: the RMS that views may have which the solve has not seen. View v is held out with its pose
-/// group g, so that what the others know counts: with S the information of all views on the common
-/// parameters,
-///   C_v = variance_ratio (S - S_g)^-1,
-/// l_i the columns of a factor of C_v as changes of the parameters, the board's pose following what the
-/// cameras see, and dr_i what they change of a point's residual r:
-///   sqrt(mean over points of |r|^2 + sum_i |dr_i|^2)
-/// Of few views, the last one known makes S - S_g several times smaller than S. Zero where the cameras alone
-/// do not determine the boards' poses, or the other views not the parameters.
-std::vector<double> expected_holdout(const Correspondences& data, const Solution& solution,
-                                     double variance_ratio) {
-  const BundleState& state = solution.state();
-  const CommonParameters common(data, solution.used, state, solution.options);
-  UsedMask cameras = solution.used;
-  for (auto& view : cameras)
-    for (std::size_t d = 0; d < view.size(); ++d)
-      if (data.devices[d].kind != DeviceKind::kCamera) std::fill(view[d].begin(), view[d].end(), char(0));
-  NormalEquations seen, all;
-  try {
-    seen = normal_equations(data, cameras, state, solution.options, common);
-    all = normal_equations(data, solution.used, state, solution.options, common);
-  } catch (const Error&) {  // a view whose camera alone does not determine the board's pose
-    return std::vector<double>(data.devices.size(), 0);
-  }
-  std::vector<double> squares(data.devices.size(), 0), counts(data.devices.size(), 0);
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    if (!seen.views[v].used) continue;
-    MatX others = all.information;
-    for (std::size_t other = 0; other < data.views.size(); ++other)
-      if (all.views[other].used && pose_group(solution.options, other) == pose_group(solution.options, v))
-        others -= all.views[other].information;
-    const VecX scale = all.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::LLT<MatX> factors(MatX(scale.asDiagonal() * others * scale.asDiagonal()));
-    if (factors.info() != Eigen::Success) return std::vector<double>(data.devices.size(), 0);
-    const MatX factor =
-        std::sqrt(variance_ratio) *
-        (scale.asDiagonal() * MatX(factors.matrixU().solve(MatX::Identity(others.rows(), others.cols()))));
-    for (Eigen::Index i = -1; i < factor.cols(); ++i) {
-      const VecX step = i < 0 ? VecX(VecX::Zero(common.size())) : VecX(factor.col(i));
-      BundleState moved = common.moved(state, step);
-      move_view(moved, v, -(seen.views[v].own_by_common * step));
-      for (std::size_t d = 0; d < data.devices.size(); ++d)
-        for (const Measurement& m : measurements_of(data, int(v), int(d))) {
-          if (!solution.used[v][d][std::size_t(m.index)]) continue;
-          const auto at = reprojection_residual(state, m), then = reprojection_residual(moved, m);
-          if (!at || !then) continue;
-          squares[d] += i < 0 ? at->squaredNorm() : (*then - *at).squaredNorm();
-          counts[d] += i < 0;
-        }
-    }
-  }
-  for (std::size_t d = 0; d < squares.size(); ++d)
-    squares[d] = counts[d] > 0 ? std::sqrt(squares[d] / counts[d]) : 0;
-  return squares;
-}
-
 void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
   const EstimatedShape& shape = shaped.shape;
   result.shape = shape;
@@ -199,7 +126,8 @@ void begin_again(const Solution& solution, Start& start) {
   start.state.points_in_board = printed;
   start.state.sheet = flat_sheet(printed);
   start.state.flex.clear();
-  start.flex_sigma = solution.options.flex_sigma;
+  start.state.image_changes.clear();
+  start.variation = solution.options.variation;
   start.first = solution.used;
   start.bundle_options.held = solution.options.held;
   start.bundle_options.priors = solution.options.priors;
@@ -300,10 +228,10 @@ struct ChosenSolution {
   std::vector<LensAlternative> alternatives;
 };
 
-/// `flex_sigma`: as an earlier solve had it, or zero.
+/// `variation`: as an earlier solve had it, or none.
 ChosenSolution solve_with_chosen_lenses(const Correspondences& given,
-                                        const std::optional<KnownLens>& known_camera, double flex_sigma,
-                                        const Options& options) {
+                                        const std::optional<KnownLens>& known_camera,
+                                        const ViewVariation& variation, const Options& options) {
   const bool camera_known = known_camera.has_value();
   Correspondences ordered = given;
   // Skew and k3 are small: a start does without them, and settles the order of symmetric boards.
@@ -313,7 +241,7 @@ ChosenSolution solve_with_chosen_lenses(const Correspondences& given,
   Start start = find_start(ordered, known_camera, of_start);
   free_lenses(ordered, options, camera_known, start);
   start.bundle_options.pose_groups = pose_groups(ordered);
-  start.flex_sigma = flex_sigma;
+  start.variation = variation;
   ShapedSolution shaped = solve_with_shape(ordered, start, options);
   Solution chosen;
   std::vector<LensAlternative> alternatives =
@@ -347,7 +275,7 @@ DistortionSolution solve_with_residual_distortion(const Correspondences& given,
                                                   const Options& options) {
   constexpr int kRounds = 4;
   constexpr double kSettled = 0.03;  // of the distortion's RMS
-  ChosenSolution chosen = solve_with_chosen_lenses(given, known_camera, 0, options);
+  ChosenSolution chosen = solve_with_chosen_lenses(given, known_camera, {}, options);
   ResidualDistortionEstimate beyond;
   for (int round = 0; round < kRounds; ++round) {
     report(options, "residual distortion", 0.6);
@@ -359,7 +287,7 @@ DistortionSolution solve_with_residual_distortion(const Correspondences& given,
     if (settled) break;
     try {
       chosen = solve_with_chosen_lenses(without_residual_distortion(given, beyond.of_devices), known_camera,
-                                        chosen.shaped.solution.options.flex_sigma, options);
+                                        chosen.shaped.solution.options.variation, options);
     } catch (const Error&) {  // the lens's own terms do not settle without it
       beyond = before;
       break;
@@ -378,38 +306,6 @@ void tell_residual_distortion(const Correspondences& data, const ResidualDistort
           data.devices[d].name + "'s lens departs from its model by " + px(beyond.rms_px[d]) +
               " RMS, smoothly over the picture: that is estimated with the rest, so that it "
               "does not pull the lens's parameters, and included in their sigmas");
-}
-
-/// Each view predicted by a calibration without it, and what the covariance expects of that.
-void hold_out_views(const Correspondences& data, const Start& start, const Solution& solution,
-                    const Sigmas& sigmas, const ResidualDistortionEstimate& beyond, const Options& options,
-                    CalibrationResult& result) {
-  const std::vector<Correspondences> by_view = without_own_views(data, solution, beyond);
-  std::vector<int> counted(data.devices.size(), 0);
-  result.holdout_px.assign(data.devices.size(), 0);
-  result.holdout_all_px.assign(data.devices.size(), 0);
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    ViewResult& view = result.views[v];
-    if (!view.used) continue;
-    report(options, "holding out view " + data.views[v].name,
-           0.8 + 0.2 * double(v) / double(data.views.size()));
-    hold_out(by_view[v], start.used, solution, int(v), view);
-    for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      if (spread_of(data, solution.state(), solution.used, int(d), int(v)).count == 0) continue;
-      ++counted[d];
-      result.holdout_px[d] += view.holdout_px[d];
-      result.holdout_all_px[d] += view.holdout_all_px[d];
-    }
-  }
-  const std::vector<double> expected =
-      expected_holdout(data, solution, sigmas.robust.inflated ? sigmas.robust.variance_ratio : 1);
-  for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    result.holdout_px[d] /= std::max(counted[d], 1);
-    result.holdout_all_px[d] /= std::max(counted[d], 1);
-    const std::string& name = data.devices[d].name;
-    result.rig.quality.holdout_px[name] = result.holdout_px[d];
-    if (expected[d] > 0) result.rig.quality.expected_holdout_px[name] = expected[d];
-  }
 }
 
 CalibrationResult run(const Correspondences& given, const std::optional<KnownLens>& known_camera,
@@ -441,7 +337,9 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   const std::string repeated = repeated_poses(data, solution.used, solution.options.pose_groups);
   if (!repeated.empty()) result.diagnostics.warn("repeated_poses", repeated);
   result.size_to_measure = printed_size_to_measure(data.board);
-  if (options.holdout) hold_out_views(data, start, solution, sigmas, beyond, options, result);
+  if (options.holdout)
+    hold_out_views(data, start, solution, beyond, sigmas.robust.inflated ? sigmas.robust.variance_ratio : 1,
+                   options, result);
   check_result(data, start, solution, shaped.shape, result);
   report(options, "done", 1);
   return result;

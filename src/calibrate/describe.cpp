@@ -8,6 +8,7 @@
 #include "residual_blocks.hpp"
 #include "rig_covariance.hpp"
 #include "rig_motion.hpp"
+#include "view_variation.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -100,6 +101,22 @@ class ResidualList {
   SquareSum used_, all_;
 };
 
+void tell_image_changes(CalibrationResult& result) {
+  for (std::size_t d = 0; d < result.image_changes.size(); ++d) {
+    const ImageChange& change = result.image_changes[d];
+    if (!changes_visibly(change, result.devices[d].size)) continue;
+    std::string by;
+    if (change.focus_rms > 0) by = "its focal length by " + percent(change.focus_rms, 2);
+    if (change.shift_rms_px > 0)
+      by += (by.empty() ? "" : ", ") + ("its principal point by " + px(change.shift_rms_px));
+    result.diagnostics.warn(
+        "image_changes", result.devices[d].name + "'s image changes from view to view, " + by +
+                             " (RMS): autofocus, an image stabiliser, or a mount that gives way. The changes "
+                             "are estimated view by view, and the rig has their mean; switch autofocus and "
+                             "stabiliser off before the rig is used");
+  }
+}
+
 }  // namespace
 
 CalibrationResult describe(const Correspondences& data, const Start& start, const Solution& solution,
@@ -130,6 +147,8 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     const std::string resampled = motion ? "" : resampled_picture(data, solution, int(d));
     if (!resampled.empty()) result.diagnostics.warn("picture_resampled", resampled);
   }
+  result.image_changes = image_change_rms(data, solution);
+  tell_image_changes(result);
   return result;
 }
 

@@ -68,6 +68,10 @@ std::optional<Linearised> Linearisation::operator()(const Measurement& m,
   }
   const std::size_t flex = parts.size();
   if (!state_.flex.empty()) parts.push_back({Block(2, 3), state_.flex[std::size_t(m.view)].data(), {}});
+  const std::size_t change = parts.size();
+  const int camera = changed_camera(state_, m);
+  if (camera >= 0)
+    parts.push_back({Block(2, 3), state_.image_changes[std::size_t(m.view)][std::size_t(camera)].data(), {}});
   std::vector<const double*> parameters;
   std::vector<double*> derivatives;
   std::size_t count = 0;
@@ -83,9 +87,12 @@ std::optional<Linearised> Linearisation::operator()(const Measurement& m,
   const double weight =
       options.huber_sigmas > 0 && length > options.huber_sigmas ? options.huber_sigmas / length : 1;
   out.residual *= std::sqrt(weight);
-  out.by_view.resize(2, view_size(options));
+  const OwnOfView own = own_of_view(options, state_.lenses.size());
+  out.by_view = Block::Zero(2, own.size);
   out.by_view.leftCols<6>() = std::sqrt(weight) * parts[pose].derivative.leftCols<6>();
-  if (options.flex_sigma > 0) out.by_view.rightCols<3>() = std::sqrt(weight) * parts[flex].derivative;
+  if (own.flex_at >= 0) out.by_view.middleCols<3>(own.flex_at) = std::sqrt(weight) * parts[flex].derivative;
+  if (own.images_at >= 0 && camera >= 0)
+    out.by_view.middleCols<3>(own.images_at + 3 * camera) = std::sqrt(weight) * parts[change].derivative;
   out.by_common.resize(2, Eigen::Index(count));
   for (const Part& part : parts)
     for (const auto& [from, to] : part.columns) {

@@ -15,7 +15,7 @@ struct Linearised {
   Vec2 residual;
   std::vector<int> columns;  ///< of the common vector
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> by_common;
-  /// By the increment of the board's pose, and by the view's flex where it is free.
+  /// By what the view has of its own (own_of_view()).
   Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor> by_view;
   /// By a shift of all that a device projects, pixels: by its cx and cy, also where these are held. First the camera that
   /// read the light, if it takes part.

@@ -77,7 +77,7 @@ MirrorPose measure_mirror(const Camera& lens, const std::string& camera, const M
   options.held = {{}};
   const CommonParameters common(data, used, state, options);
   const NormalEquations equations = normal_equations(data, used, state, options, common);
-  mirror.covariance = std::max(1.0, chi2 / freedom) * equations.views[0].pose_covariance;
+  mirror.covariance = std::max(1.0, chi2 / freedom) * equations.views[0].pose_covariance();
   mirror.by_lens = -equations.views[0].own_by_common;
   return mirror;
 }

@@ -161,7 +161,10 @@ std::vector<std::optional<NamedCovariance>> covariance_with_view(const Calibrati
   one.board = solved.data.board;
   one.devices = solved.data.devices;
   BundleState there = solved.state;
-  if (!there.flex.empty()) there.flex.assign(1, Vec3::Zero());  // it may bend either way
+  // It may bend and be focused either way.
+  if (!there.flex.empty()) there.flex.assign(1, Vec3::Zero());
+  if (!there.image_changes.empty())
+    there.image_changes.assign(1, std::vector<Vec3>(there.lenses.size(), Vec3::Zero()));
   BundleOptions alone = solved.options;
   alone.pose_groups.clear();
   for (std::size_t i = 0; i < rig_from_board.size(); ++i) {

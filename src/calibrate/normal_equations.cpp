@@ -7,7 +7,6 @@
 
 #include "linearisation.hpp"
 #include "prior_terms.hpp"
-#include "procam/calibrate/costs/flexed.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "residual_blocks.hpp"
 
@@ -125,10 +124,10 @@ struct JointEquations {
     own_gradient += l.by_view.transpose() * l.residual;
   }
 
-  void add_flex_prior(double sigma, const Vec3& flex) {
-    const Mat3 whitening = flex_whitening(sigma);
-    own.bottomRightCorner<3, 3>() += whitening.transpose() * whitening;
-    own_gradient.tail<3>() += whitening.transpose() * (whitening * flex);
+  void add(const OwnPrior& prior) {
+    const Eigen::Index size = prior.value.size();
+    own.bottomRightCorner(size, size) += prior.whitening.transpose() * prior.whitening;
+    own_gradient.tail(size) += prior.whitening.transpose() * (prior.whitening * prior.value);
   }
 
   /// The view's own eliminated: with the weight w and the Schur complement, information - cross^T own^-1 cross.
@@ -142,9 +141,8 @@ struct JointEquations {
                   "capture it again with more of the board in sight");
     ViewEquations view;
     view.used = true;
-    const MatX inverse = scale.asDiagonal() * factors.solve(MatX(scale.asDiagonal()));
-    view.pose_covariance = inverse.topLeftCorner<6, 6>();
-    view.own_by_common = inverse * (w * cross);
+    view.own_covariance = scale.asDiagonal() * factors.solve(MatX(scale.asDiagonal()));
+    view.own_by_common = view.own_covariance * (w * cross);
     view.diagonal = w * information.diagonal();
     view.information = w * information - w * cross.transpose() * view.own_by_common;
     view.gradient = w * gradient - view.own_by_common.transpose() * (w * own_gradient);
@@ -192,7 +190,7 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
   all.diagonal = VecX::Zero(n);
   const std::vector<double> view_weight = view_weights(used, options);
   for (std::size_t v = 0; v < data.views.size(); ++v) {
-    JointEquations joint(n, view_size(options));
+    JointEquations joint(n, own_of_view(options, data.devices.size()).size);
     for (std::size_t d = 0; d < data.devices.size(); ++d)
       for (const Measurement& m : measurements_of(data, int(v), int(d))) {
         if (!used[v][d][std::size_t(m.index)]) continue;
@@ -203,7 +201,7 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
                       "look at the views with the largest residuals");
         joint.add(*linearised);
       }
-    if (joint.used && options.flex_sigma > 0) joint.add_flex_prior(options.flex_sigma, solution.flex[v]);
+    if (joint.used && options.variation.any()) joint.add(own_prior(solution, options, v));
     all.views.push_back(joint.used ? joint.eliminated(view_weight[v], data.views[v].name) : ViewEquations{});
     if (!joint.used) continue;
     all.information += all.views.back().information;

@@ -1,6 +1,6 @@
 #pragma once
-/// Private to calibrate: the normal equations at a solution, a view at a time, with what it has of its own (its board's pose,
-/// and its flex where that is free) eliminated.
+/// Private to calibrate: the normal equations at a solution, a view at a time, with what it has of its own (its board's
+/// pose and what else differs from view to view, own_of_view()) eliminated.
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,15 +26,17 @@ struct CommonParameters {
   int devices_size = 0;                        ///< rows before the board's points
 };
 
-/// One view's share: with H = [A, B; B^T, P] and gradient [a; p] over (common, own), own the pose increment and the flex,
+/// One view's share: with H = [A, B; B^T, P] and gradient [a; p] over (common, own), own as own_of_view() has it,
 ///   S_v = A - B P^-1 B^T,   g_v = a - B P^-1 p
 struct ViewEquations {
   bool used = false;
-  MatX information;      ///< S_v
-  VecX gradient;         ///< g_v
-  VecX diagonal;         ///< of A
-  MatX own_by_common;    ///< P^-1 B^T, view_size() rows: they move by minus this times the common step
-  Mat6 pose_covariance;  ///< of P^-1
+  MatX information;     ///< S_v
+  VecX gradient;        ///< g_v
+  VecX diagonal;        ///< of A
+  MatX own_by_common;   ///< P^-1 B^T: the own moves by minus this times the common step
+  MatX own_covariance;  ///< P^-1
+
+  Mat6 pose_covariance() const { return own_covariance.topLeftCorner<6, 6>(); }
 };
 
 struct NormalEquations {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <utility>
 
 #include "believed_covariance.hpp"
 #include "procam/calibrate/costs/flexed.hpp"
@@ -27,7 +28,7 @@ std::optional<Vec3> point_in_rig(const BundleState& state, const Measurement& m)
 std::optional<Mat2> pixel_by_sheet(const BundleState& state, int device, std::size_t view,
                                    const Vec3& point) {
   const Pose& rig_from_board = state.rig_from_board[view];
-  const Camera& lens = state.lenses[std::size_t(device)];
+  const Camera lens = state.lens_in(view, std::size_t(device));
   const Pose& device_from_rig = state.device_from_rig[std::size_t(device)];
   using D = Dual<2>;
   const Vec3 in_device = device_from_rig * point;
@@ -62,10 +63,11 @@ std::optional<Mat2> carry_over(const BundleState& state, const Measurement& m, c
   return Mat2(*lit * seen->inverse());
 }
 
-std::optional<Vec2> residual_in(const BundleState& state, int device, const Vec3& point_in_rig,
+std::optional<Vec2> residual_in(const BundleState& state, int view, int device, const Vec3& point_in_rig,
                                 const Vec2& pixel) {
   const std::optional<Vec2> projected =
-      state.lenses[std::size_t(device)].project(state.device_from_rig[std::size_t(device)] * point_in_rig);
+      state.lens_in(std::size_t(view), std::size_t(device))
+          .project(state.device_from_rig[std::size_t(device)] * point_in_rig);
   if (!projected) return std::nullopt;
   return Vec2(*projected - pixel);
 }
@@ -88,9 +90,9 @@ std::optional<Mat2> needed_carry(const BundleState& state, const Measurement& m,
 
 std::optional<Vec2> residual_with(const BundleState& state, const Measurement& m, const Vec3& point,
                                   const std::optional<Mat2>& carry) {
-  const auto lit = residual_in(state, m.device, point, m.pixel());
+  const auto lit = residual_in(state, m.view, m.device, point, m.pixel());
   if (!lit || !read_at_corner(m)) return lit;
-  const auto seen = residual_in(state, m.camera(), point, m.corner->pixel);
+  const auto seen = residual_in(state, m.view, m.camera(), point, m.corner->pixel);
   if (!seen || !carry) return std::nullopt;
   return Vec2(*lit - *carry * *seen);
 }
@@ -105,9 +107,9 @@ std::optional<Mat2> covariance_with(const Measurement& m, const std::optional<Ma
   return covariance;
 }
 
-std::unique_ptr<ceres::CostFunction> without_flex(const BundleState& state, const Measurement& m,
-                                                  const Mat2& sqrt_information,
-                                                  const std::optional<Mat2>& carry) {
+std::unique_ptr<ceres::CostFunction> without_variation(const BundleState& state, const Measurement& m,
+                                                       const Mat2& sqrt_information,
+                                                       const std::optional<Mat2>& carry) {
   const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
   if (m.observation != nullptr) {
     auto cost = reprojection_cost(model, m.pixel(), sqrt_information);
@@ -128,10 +130,51 @@ std::unique_ptr<ceres::CostFunction> without_flex(const BundleState& state, cons
 
 }  // namespace
 
-void move_view(BundleState& state, std::size_t view, const VecX& step) {
+OwnOfView own_of_view(const BundleOptions& options, std::size_t devices) {
+  OwnOfView own;
+  if (options.variation.flex > 0) own.flex_at = std::exchange(own.size, own.size + 3);
+  if (options.variation.of_image())
+    own.images_at = std::exchange(own.size, own.size + 3 * Eigen::Index(devices));
+  return own;
+}
+
+void move_view(BundleState& state, const BundleOptions& options, std::size_t view, const VecX& step) {
   Pose& pose = state.rig_from_board[view];
   pose = (se3_exp<double>(Vec6(step.head<6>())) * pose).normalized();
-  if (step.size() > 6) state.flex[view] += step.tail<3>();
+  const OwnOfView own = own_of_view(options, state.lenses.size());
+  if (own.flex_at >= 0) state.flex[view] += step.segment<3>(own.flex_at);
+  if (own.images_at < 0) return;
+  for (std::size_t d = 0; d < state.lenses.size(); ++d)
+    state.image_changes[view][d] += step.segment<3>(own.images_at + 3 * Eigen::Index(d));
+}
+
+Vec3 image_change_weights(const ViewVariation& variation, ImageSize image) {
+  constexpr double kHeld = 1e-8, kHeldPx = 1e-5;
+  constexpr double kOffCentre = 0.03;  // of the image's width
+  const double of_shift =
+      1 / std::max(kHeldPx, std::hypot(variation.shift_px, kOffCentre * image.width * variation.focus));
+  return {1 / std::max(kHeld, variation.focus), of_shift, of_shift};
+}
+
+OwnPrior own_prior(const BundleState& state, const BundleOptions& options, std::size_t view) {
+  const OwnOfView own = own_of_view(options, state.lenses.size());
+  OwnPrior prior{MatX::Zero(own.size - 6, own.size - 6), VecX::Zero(own.size - 6)};
+  if (own.flex_at >= 0) {
+    prior.whitening.block<3, 3>(own.flex_at - 6, own.flex_at - 6) = flex_whitening(options.variation.flex);
+    prior.value.segment<3>(own.flex_at - 6) = state.flex[view];
+  }
+  for (std::size_t d = 0; own.images_at >= 0 && d < state.lenses.size(); ++d) {
+    const Eigen::Index at = own.images_at - 6 + 3 * Eigen::Index(d);
+    prior.whitening.diagonal().segment<3>(at) = image_change_weights(options.variation, state.lenses[d].size);
+    prior.value.segment<3>(at) = state.image_changes[view][d];
+  }
+  return prior;
+}
+
+int changed_camera(const BundleState& state, const Measurement& m) {
+  if (state.image_changes.empty()) return -1;
+  if (m.light != nullptr || read_at_corner(m)) return m.camera();
+  return m.of_camera ? m.device : -1;
 }
 
 std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, const Vec2& pixel,
@@ -188,7 +231,8 @@ bool read_at_corner(const Measurement& m) {
 }
 
 std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light) {
-  const auto bearing = state.lenses[std::size_t(light.camera)].unproject(light.camera_pixel);
+  const auto bearing =
+      state.lens_in(std::size_t(view), std::size_t(light.camera)).unproject(light.camera_pixel);
   if (!bearing) return std::nullopt;
   const Pose& rig_from_board = state.rig_from_board[std::size_t(view)];
   const Pose camera_from_board = state.device_from_rig[std::size_t(light.camera)] * rig_from_board;
@@ -202,6 +246,7 @@ std::vector<Measurement> measurements_of(const Correspondences& data, int view, 
   std::vector<Measurement> all;
   const View& of = data.views[std::size_t(view)];
   const bool read_by_cameras = data.devices[std::size_t(device)].kind == DeviceKind::kProjector;
+  const bool of_camera = !read_by_cameras;
   std::vector<const Observation*> corners;  // of one camera, by point
   int camera = -1;
   for (const Observation& o : of.observations[std::size_t(device)]) {
@@ -215,11 +260,12 @@ std::vector<Measurement> measurements_of(const Correspondences& data, int view, 
       }
     }
     const bool seen = std::size_t(o.point) < corners.size();
-    all.push_back(
-        {view, device, int(all.size()), &o, nullptr, seen ? corners[std::size_t(o.point)] : nullptr});
+    all.push_back({view, device, int(all.size()), &o, nullptr, seen ? corners[std::size_t(o.point)] : nullptr,
+                   of_camera});
   }
   for (const LightPoint& light : of.light_points)
-    if (light.projector == device) all.push_back({view, device, int(all.size()), nullptr, &light, nullptr});
+    if (light.projector == device)
+      all.push_back({view, device, int(all.size()), nullptr, &light, nullptr, of_camera});
   return all;
 }
 
@@ -263,11 +309,13 @@ std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, 
   if (!covariance) return nullptr;
   // Whiten: with covariance = C C^T (Cholesky), L = C^-1.
   const Mat2 sqrt_information = cholesky_lower(noise.covariance(*covariance)).inverse();
-  auto cost = without_flex(state, m, sqrt_information, carry);
-  if (state.flex.empty()) return cost;
-  return std::make_unique<FlexedCost>(
-      std::move(cost), m.light != nullptr ? FlexedCost::Last::kCurvature : FlexedCost::Last::kPoint,
-      state.sheet.centre);
+  auto cost = without_variation(state, m, sqrt_information, carry);
+  if (!state.flex.empty())
+    cost = std::make_unique<FlexedCost>(
+        std::move(cost), m.light != nullptr ? FlexedCost::Last::kCurvature : FlexedCost::Last::kPoint,
+        state.sheet.centre);
+  if (changed_camera(state, m) >= 0) cost = std::make_unique<ImageChangeCost>(std::move(cost));
+  return cost;
 }
 
 std::vector<int> held_parameters(const Camera& lens, const std::vector<std::string>& held) {

@@ -31,7 +31,8 @@ std::optional<JudgedResidual> judged_residual(const BundleState& state, const Me
 
 /// The cost of one measurement, whitened by its residual's covariance with that noise; null where it has
 /// none. Blocks of an observation: lens, device_from_rig, rig_from_board, point; of light read at a corner:
-/// see costs/shared_corner.hpp; of a light point: costs/light_point.hpp. In a state with flex, the view's as well.
+/// see costs/shared_corner.hpp; of a light point: costs/light_point.hpp. In a state with flex, the view's as well, and last
+/// the view's change of changed_camera(), if there is one.
 std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state,
                                                       const Measurement& measurement,
                                                       const ResidualNoise& noise);
@@ -43,13 +44,30 @@ std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, 
 /// The sheet of points that were printed: flat, about their middle.
 BentSheet flat_sheet(const Points3& printed);
 
-/// The size of what a view has of its own: its board's pose, and its flex where that is free.
-inline int view_size(const BundleOptions& options) {
-  return options.flex_sigma > 0 ? 9 : 6;
-}
+/// The camera whose lens is the cost's first block and changes from view to view; -1: none does.
+int changed_camera(const BundleState& state, const Measurement& measurement);
 
-/// The pose increment and the flex of a view moved by a step of that size.
-void move_view(BundleState& state, std::size_t view, const VecX& step);
+/// What a view has of its own, as one vector: the increment of its board's pose, and where these are free its flex and the
+/// image changes of all devices.
+struct OwnOfView {
+  Eigen::Index flex_at = -1, images_at = -1;  ///< -1: held
+  Eigen::Index size = 6;
+};
+OwnOfView own_of_view(const BundleOptions& options, std::size_t devices);
+
+/// A view moved by a step of that size.
+void move_view(BundleState& state, const BundleOptions& options, std::size_t view, const VecX& step);
+
+/// The prior |whitening * value|^2 of what follows the pose increment.
+struct OwnPrior {
+  MatX whitening;
+  VecX value;
+};
+OwnPrior own_prior(const BundleState& state, const BundleOptions& options, std::size_t view);
+
+/// Of the prior of a camera's image change. What does not vary is held by a weight that leaves nothing to be seen of it. A lens
+/// that is focused magnifies the image about a point beside the principal point, which displaces the latter as well.
+Vec3 image_change_weights(const ViewVariation& variation, ImageSize image);
 
 /// A device's priors; none when the options have none.
 const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device);

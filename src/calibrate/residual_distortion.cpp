@@ -9,7 +9,6 @@
 #include <map>
 
 #include "linearisation.hpp"
-#include "procam/calibrate/costs/flexed.hpp"
 #include "procam/core/lens/lens_change.hpp"
 #include "residual_blocks.hpp"
 
@@ -75,7 +74,8 @@ std::optional<Vec2> pixel_of(const BundleState& state, const Measurement& m, int
           : std::optional(state.rig_from_board[std::size_t(m.view)] *
                           state.point_in(std::size_t(m.view), std::size_t(m.observation->point)));
   if (!point) return std::nullopt;
-  return state.lenses[std::size_t(device)].project(state.device_from_rig[std::size_t(device)] * *point);
+  return state.lens_in(std::size_t(m.view), std::size_t(device))
+      .project(state.device_from_rig[std::size_t(device)] * *point);
 }
 
 /// By device: does it take part?
@@ -123,7 +123,8 @@ class Equations {
       for (const Measurement& m : measurements_of(data_, int(view), int(d)))
         if (solution_.used[view][d][std::size_t(m.index)]) measurements.push_back(m);
     if (measurements.size() < 4) return MatX(0, width());
-    const Eigen::Index own = view_size(options_), priors = own - 6;
+    const OwnPrior prior = own_prior(solution_.state(), options_, view);
+    const Eigen::Index priors = prior.value.size(), own = 6 + priors;
     MatX rows = MatX::Zero(Eigen::Index(2 * measurements.size()) + priors, width());
     MatX by_view = MatX::Zero(rows.rows(), own);
     for (std::size_t k = 0; k < measurements.size(); ++k) {
@@ -131,11 +132,8 @@ class Equations {
       if (!one || !add(measurements[k], *one, rows.middleRows<2>(Eigen::Index(2 * k)))) return std::nullopt;
       by_view.middleRows<2>(Eigen::Index(2 * k)) = one->by_view;
     }
-    if (priors > 0) {
-      const Mat3 whitening = flex_whitening(options_.flex_sigma);
-      by_view.bottomRightCorner<3, 3>() = whitening;
-      rows.bottomRows<3>().rightCols<1>() = whitening * solution_.state().flex[view];
-    }
+    by_view.bottomRightCorner(priors, priors) = prior.whitening;
+    rows.bottomRightCorner(priors, 1) = prior.whitening * prior.value;
     const Eigen::HouseholderQR<MatX> qr(by_view);
     const MatX turned = qr.householderQ().adjoint() * rows;
     return MatX(std::sqrt(weights_[view]) * turned.bottomRows(turned.rows() - own));

@@ -17,8 +17,7 @@ struct Start {
   std::vector<bool> view_used;
   std::vector<std::string> notes;  ///< by view, for people
   Diagnostics diagnostics;
-  double flex_sigma =
-      0;  ///< where the search for the views' flex begins (BundleOptions::flex_sigma); 0: anywhere
+  ViewVariation variation = {};  ///< where the search for it begins; none: anywhere
 };
 
 /// Each camera by Zhang and a bundle of its own. Then the rig grows from the first camera: a camera that

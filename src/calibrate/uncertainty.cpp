@@ -95,7 +95,7 @@ BundleCovariance formal_covariance(const CommonParameters& common, const NormalE
           .solve(MatX(scale.asDiagonal()));
   for (const ViewEquations& view : equations.views) {
     covariance.rig_from_board.push_back(
-        view.used ? Mat6(view.pose_covariance +
+        view.used ? Mat6(view.pose_covariance() +
                          view.own_by_common.topRows<6>() * all * view.own_by_common.topRows<6>().transpose())
                   : Mat6(Mat6::Zero()));
     covariance.share.push_back(

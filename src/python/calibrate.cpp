@@ -62,6 +62,12 @@ void bind_bundle_types(py::module_& m) {
       .field("flex", &calibrate::BundleState::flex,
              "By view: the curvature that the sheet has in this view alone, added to the sheet's;\n"
              "empty: the sheet is the same in all views.")
+      .field("image_changes", &calibrate::BundleState::image_changes,
+             "By view and device: the change (g, x, y) of a camera's interior orientation in this\n"
+             "view alone, a projector's zero; empty: it is the same in all views. Focal lengths and\n"
+             "skew are (1 + g) times the lens's, the principal point is (x, y) pixels beside it.")
+      .method("lens_in", &calibrate::BundleState::lens_in, "A device's lens as it is in a view.",
+              py::arg("view"), py::arg("device"))
       .method("sheet_in", &calibrate::BundleState::sheet_in, "The sheet as it is in a view.", py::arg("view"))
       .method("point_in", &calibrate::BundleState::point_in,
               "A board's point as it is in a view, in the board's frame, metres.", py::arg("view"),
@@ -79,6 +85,17 @@ void bind_bundle_types(py::module_& m) {
       .field("floor_px", &calibrate::ResidualNoise::floor_px, "")
       .method("covariance", &calibrate::ResidualNoise::covariance, "", py::arg("of_detector"));
 
+  Record<calibrate::ViewVariation> view_variation(
+      m, "ViewVariation",
+      "What differs from view to view beside the board's pose, as standard deviations: the\n"
+      "prior of BundleState.flex and of BundleState.image_changes. Zero holds it.");
+  view_variation.fields_init()
+      .field("flex", &calibrate::ViewVariation::flex, "RMS of the sheet's curvature, 1/metre")
+      .field("focus", &calibrate::ViewVariation::focus, "of the cameras' focal length, share")
+      .field("shift_px", &calibrate::ViewVariation::shift_px, "of the cameras' principal point, an axis")
+      .method("of_image", &calibrate::ViewVariation::of_image, "Do the cameras' images change?")
+      .method("any", &calibrate::ViewVariation::any, "Does anything differ?");
+
   Record<calibrate::BundleOptions> bundle_options(m, "BundleOptions", "");
   bundle_options.fields_init()
       .field("held", &calibrate::BundleOptions::held,
@@ -93,9 +110,7 @@ void bind_bundle_types(py::module_& m) {
              "Zero holds the points: the board is as printed, and flat. One shape for all views;\n"
              "the prior also carries the freedom that shape and poses share (six for the place,\n"
              "one for the scale).")
-      .field("flex_sigma", &calibrate::BundleOptions::flex_sigma,
-             "RMS of the curvature by which the sheet bends anew in each view, 1/metre: the prior of\n"
-             "BundleState.flex. Zero holds it.")
+      .field("variation", &calibrate::BundleOptions::variation, "what differs from view to view")
       .field("pose_groups", &calibrate::BundleOptions::pose_groups,
              "By view: the number of its group. Views of a group repeat one pose of the board:\n"
              "what disturbs one of them (paper, light, the corner's place within a pixel) disturbs\n"
@@ -220,6 +235,13 @@ void bind_view_results(py::module_& m) {
 }
 
 void bind_alternatives(py::module_& m) {
+  Record<calibrate::ImageChange> image_change(
+      m, "ImageChange",
+      "What a camera's image changes by from view to view, RMS about its mean; zero: by nothing.");
+  image_change.fields_init()
+      .field("focus_rms", &calibrate::ImageChange::focus_rms, "of the focal length, share")
+      .field("shift_rms_px", &calibrate::ImageChange::shift_rms_px, "of the principal point, an axis");
+
   Record<calibrate::EstimatedShape> estimated_shape(
       m, "EstimatedShape", "The board as the views see it, against the board as printed.");
   estimated_shape.fields_init()
@@ -309,6 +331,7 @@ void bind_result(py::module_& m) {
       .field("noise", &calibrate::CalibrationResult::noise,
              "by device: what the residuals say of the detectors' covariances")
       .field("shape", &calibrate::CalibrationResult::shape, "")
+      .field("image_changes", &calibrate::CalibrationResult::image_changes, "by device")
       .field("variance_ratio", &calibrate::CalibrationResult::variance_ratio,
              "Variance of the views over that of independent noise (jackknife); the rig's\n"
              "covariance allows for it when it is significant (see uncertainty.hpp).")

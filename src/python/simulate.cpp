@@ -204,6 +204,10 @@ void bind_conditions(py::module_& m) {
              "about an axis of any direction.")
       .field("flex", &simulate::Conditions::flex,
              "RMS of the rise that the sheet has anew in each view, as `bend`, metres")
+      .field("refocus", &simulate::Conditions::refocus,
+             "the camera focuses anew in each view: RMS of the change of its focal length, share")
+      .field("stabiliser_px", &simulate::Conditions::stabiliser_px,
+             "RMS of its image's displacement anew in each view (image stabiliser), an axis")
       .field("print_scale", &simulate::Conditions::print_scale,
              "true size of the print / size that the session states");
 
@@ -269,6 +273,9 @@ void bind_simulated_session(py::module_& m) {
       .field("capture", &simulate::SimulatedSession::capture, "")
       .field("defects", &simulate::SimulatedSession::defects, "of each view; empty: none has any")
       .field("conditions", &simulate::SimulatedSession::conditions, "that it was made with")
+      .field(
+          "lenses", &simulate::SimulatedSession::lenses,
+          "By view: the camera's lens as it was focused and stabilised there; empty: in all as the\nrig has it.")
       .field("stated_board", &simulate::SimulatedSession::stated_board,
              "as its user believes it to be: print_scale is not in it")
       .method(

@@ -144,6 +144,24 @@ void board_fields(Fields& f, const CalibrationResult& result) {
   });
 }
 
+/// By camera whose image changes from view to view.
+void image_change_fields(Fields& f, const CalibrationResult& result) {
+  const auto changes = [](const calibrate::ImageChange& of) {
+    return of.focus_rms > 0 || of.shift_rms_px > 0;
+  };
+  if (std::none_of(result.image_changes.begin(), result.image_changes.end(), changes)) return;
+  f.object("image_changes", [&](Fields& all) {
+    for (std::size_t d = 0; d < result.image_changes.size(); ++d) {
+      const calibrate::ImageChange& change = result.image_changes[d];
+      if (!changes(change)) continue;
+      all.object(result.devices[d].name, [&](Fields& camera) {
+        camera.field("focus_rms", change.focus_rms);
+        camera.field("shift_rms_px", change.shift_rms_px);
+      });
+    }
+  });
+}
+
 /// One row of the table of lens models, with the predicted error of the projector that it serves worst.
 struct LensRow {
   const calibrate::LensAlternative& lens;
@@ -252,6 +270,7 @@ std::string to_json(const CalibrationResult& result, const ReportInput& input) {
       optics.field("lens_shift", device.projector.lens_shift());
     });
   board_fields(f, result);
+  image_change_fields(f, result);
   lens_model_fields(f, result, input);
   view_fields(f, result, input);
   return text(object);

@@ -75,8 +75,10 @@ void add_residuals(const CalibrationResult& result, const ReportInput& input, Li
   lines.push_back("           outliers included: " + each_px(result, result.rms_all_px) +
                   format(", joint %.3f px", result.joint_rms_all_px));
   if (result.holdout_px.empty()) return;
+  const bool changes = result.diagnostics.find("image_changes") != nullptr;
   lines.push_back("held out   " + each_px(result, result.holdout_px) +
-                  "; each view predicted by a solve without it");
+                  "; each view predicted by a solve without it" +
+                  (changes ? ", which does not know how its image has changed" : ""));
   lines.push_back("           outliers included: " + each_px(result, result.holdout_all_px));
 }
 

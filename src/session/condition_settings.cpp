@@ -43,6 +43,15 @@ double parse_rms(const std::string& text) {
   return within(io::parse_pixels(text), 10, text, "it is not a displacement of 0 to 10 px (RMS)", "0.05px");
 }
 
+double parse_refocus(const std::string& text) {
+  return within(io::parse_share(text), 0.05, text, "it is not a change of the focal length of 0 to 5 % (RMS)",
+                "0.3%");
+}
+
+double parse_displacement(const std::string& text) {
+  return within(io::parse_pixels(text), 100, text, "it is not a displacement of 0 to 100 px (RMS)", "2px");
+}
+
 double parse_rise(const std::string& text) {
   return within(io::parse_length(text), 0.1, text, "it is not a rise of 0 to 100 mm (RMS)", "1mm");
 }
@@ -134,6 +143,10 @@ const std::vector<ConditionSetting>& settings_table() {
        [](Conditions& c, const std::string& text) { c.bend = always(io::parse_length(text)); }},
       {"flex", "1mm", "RMS of the rise that the sheet has anew in each view, as bend",
        [](Conditions& c, const std::string& text) { c.flex = parse_rise(text); }},
+      {"refocus", "0.3%", "RMS of the change of the camera's focal length anew in each view (autofocus)",
+       [](Conditions& c, const std::string& text) { c.refocus = parse_refocus(text); }},
+      {"stabiliser", "2px", "RMS of the displacement of the camera's image anew in each view",
+       [](Conditions& c, const std::string& text) { c.stabiliser_px = parse_displacement(text); }},
       {"print-scale", "98%", "true size of the print / size that session.json states",
        [](Conditions& c, const std::string& text) { c.print_scale = io::parse_share(text); }},
   };

@@ -135,6 +135,13 @@ void write_check(const simulate::SimulatedSession& session, const SimulationOpti
   save_truth(world.rig, options, pattern->text(), folder);
 }
 
+void require_no_change_by_view(const simulate::Conditions& conditions) {
+  if (conditions.flex > 0 || conditions.refocus > 0 || conditions.stabiliser_px > 0)
+    throw Error(ErrorKind::kUnsupported, "--set flex, refocus or stabiliser",
+                "changes from view to view are simulated for a board, one camera and one projector",
+                "leave it out, or simulate such a session");
+}
+
 /// view_NN/<projector>/<camera>/frame_NN.png, without a folder for the only one of a kind.
 void write_fleet_view(const simulate::Fleet& fleet, std::size_t view, const std::vector<ImageU8>& frames,
                       const fs::path& folder) {
@@ -162,6 +169,7 @@ SimulatedFolder write_fleet(const fs::path& place, const SimulationOptions& opti
                 : options.board          ? "--board"
                                          : "--check-board",
                 "it is simulated for one camera and one projector", "leave out --cameras and --projectors");
+  require_no_change_by_view(conditions_of(options));
   simulate::Fleet fleet = simulate::make_fleet(options.level, options.seed, options.cameras,
                                                options.projectors, conditions_of(options));
   change_projector(fleet.rig.projectors.front(), options);
@@ -262,8 +270,9 @@ SimulatedFolder write_room(const fs::path& place, const SimulationOptions& optio
   if (conditions.camera_deviation_px > 0 || conditions.projector_deviation_px > 0)
     throw Error(ErrorKind::kUnsupported, "--set lens-deviation", "lenses of a room are simulated without it",
                 "leave it out, or simulate boards");
-  if (conditions.bend.high > 0 || conditions.flex > 0)
-    throw Error(ErrorKind::kUnsupported, "--set bend or flex", "a room has no board that bends",
+  require_no_change_by_view(conditions);
+  if (conditions.bend.high > 0)
+    throw Error(ErrorKind::kUnsupported, "--set bend", "a room has no board that bends",
                 "leave it out, or simulate boards");
   const auto [rig, fixed_capture] = room_rig(options);
   simulate::CaptureOptions capture = fixed_capture;

@@ -196,6 +196,8 @@ void check(const Conditions& c) {
   require(c.camera_deviation_px >= 0 && c.projector_deviation_px >= 0,
           "make_session: camera_deviation_px or projector_deviation_px negative");
   require(c.flex >= 0 && c.flex <= 0.1, "make_session: flex not in [0, 0.1] metres");
+  require(c.refocus >= 0 && c.refocus <= 0.05 && c.stabiliser_px >= 0 && c.stabiliser_px <= 100,
+          "make_session: refocus not in [0, 0.05], or stabiliser_px not in [0, 100]");
   require(c.lag >= 0 && c.lag < 1 && c.iris >= 0 && c.projector_gamma > 0,
           "make_session: lag not in [0, 1), negative iris, or projector_gamma not above 0");
 }
@@ -250,9 +252,30 @@ Vec3 curvature_of(double rise, Random& random) {
   return curvature * Vec3(across.x() * across.x(), across.x() * across.y(), across.y() * across.y());
 }
 
-/// RMS `rms`.
-double draw_flex(double rms, Random& random) {
+double draw_with_rms(double rms, Random& random) {
   return std::sqrt(3.0) * rms * random.uniform(-1, 1);
+}
+
+/// The camera's lens as each view's focus and stabiliser have it; empty without these. A lens that is focused magnifies the
+/// image about a point beside the principal point.
+std::vector<Camera> lenses_by_view(const Camera& lens, const Conditions& conditions, int views,
+                                   Random random) {
+  std::vector<Camera> lenses;
+  if (conditions.refocus == 0 && conditions.stabiliser_px == 0) return lenses;
+  constexpr double kOffCentre = 0.04;  // of the image's width
+  const double right = random.uniform(-1, 1), below = random.uniform(-1, 1);
+  const Vec2 off_centre = kOffCentre * lens.size.width * Vec2(right, below);
+  for (int view = 0; view < views; ++view) {
+    const double longer = draw_with_rms(conditions.refocus, random);
+    const double x = draw_with_rms(conditions.stabiliser_px, random);
+    const double y = draw_with_rms(conditions.stabiliser_px, random);
+    Intrinsics k = lens.intrinsics;
+    k.fx *= 1 + longer, k.fy *= 1 + longer, k.skew *= 1 + longer;
+    k.cx += x - longer * off_centre.x();
+    k.cy += y - longer * off_centre.y();
+    lenses.push_back({lens.size, k, lens.distortion});
+  }
+  return lenses;
 }
 
 /// The board as it was printed, the rig, and a wall behind both.
@@ -419,7 +442,7 @@ SimulatedSession make_session(Level level, std::uint64_t seed,
   Random random_flex(seed, std::uint64_t(level), 13);
   const Vec3 common_curvature = world.board.sheet.curvature;
   for (int view = 0; view < views; ++view) {
-    const double rise = draw_flex(conditions.flex, random_flex);
+    const double rise = draw_with_rms(conditions.flex, random_flex);
     world.board.sheet.curvature = common_curvature + curvature_of(rise, random_flex);
     const double turn = distance_start + view * 0.6180339887498949;
     placing.distance = recipe.nearest + (recipe.farthest - recipe.nearest) * (turn - std::floor(turn));
@@ -435,6 +458,8 @@ SimulatedSession make_session(Level level, std::uint64_t seed,
                   print ? "use a smaller board or another seed" : "use another seed");
     session.views.push_back(world);
   }
+  session.lenses =
+      lenses_by_view(world.rig.camera().camera, conditions, views, Random(seed, std::uint64_t(level), 14));
   return session;
 }
 

@@ -131,7 +131,8 @@ std::vector<ImageU8> grey_captures(const SimulatedSession& session, std::size_t 
     const auto stale = std::size_t(frame_at(*defects.stale, count));
     shown[stale] = shown[stale - 1];
   }
-  const World& world = session.views[view];
+  World world = session.views[view];
+  if (!session.lenses.empty()) world.rig.cameras.front().camera = session.lenses.at(view);
   if (defects.torn && count > 1) {
     std::vector<ImageU8> captures = capture(world, shown, options);
     const auto next = std::size_t(frame_at(*defects.torn, count));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "procam/calibrate/costs/flexed.hpp"
+#include "procam/calibrate/costs/image_change.hpp"
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/point_prior.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
@@ -243,46 +244,50 @@ TEST(SharedCornerCost, DerivativesAreThoseOfFiniteDifferences) {
   }
 }
 
+/// The derivatives of a cost by some of its blocks, against differences. Returns the residual.
+Vec2 compare_with_differences(const ceres::CostFunction& cost, std::vector<std::vector<double>> blocks,
+                              const std::vector<std::size_t>& of) {
+  using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+  std::vector<Block> derivative;
+  std::vector<double*> jacobians;
+  for (const auto& block : blocks) derivative.emplace_back(2, Eigen::Index(block.size()));
+  for (Block& block : derivative) jacobians.push_back(block.data());
+  const auto evaluate = [&](double** out) {
+    std::vector<const double*> pointers;
+    for (const auto& block : blocks) pointers.push_back(block.data());
+    Vec2 residual;
+    EXPECT_TRUE(cost.Evaluate(pointers.data(), residual.data(), out));
+    return residual;
+  };
+  EXPECT_LT((evaluate(jacobians.data()) - evaluate(nullptr)).norm(), 1e-9);
+  for (const std::size_t b : of)
+    for (std::size_t i = 0; i < blocks[b].size(); ++i) {
+      const double here = blocks[b][i], h = 1e-6 * std::max(1.0, std::abs(here));
+      blocks[b][i] = here + h;
+      const Vec2 above = evaluate(nullptr);
+      blocks[b][i] = here - h;
+      const Vec2 expected = (above - evaluate(nullptr)) / (2 * h);
+      blocks[b][i] = here;
+      EXPECT_LT((derivative[b].col(Eigen::Index(i)) - expected).norm(), 1e-5 * (1 + expected.norm()))
+          << "block " << b << " parameter " << i;
+    }
+  return evaluate(nullptr);
+}
+
 /// A cost of a point on a flat sheet, and one of the sheet's curvature: each with the flex as a block more.
 TEST(FlexedCost, DerivativesAreThoseOfFiniteDifferences) {
   const LitSheet sheet;
   const Vec2 centre(0.14, 0.09);
-  using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
   const Vec3 flex(-0.31, 0.22, 0.17), point(0.33, -0.17, 0.004);
-  const auto compare = [&](const ceres::CostFunction& cost, std::vector<std::vector<double>> blocks) {
-    std::vector<Block> derivative;
-    std::vector<double*> jacobians;
-    for (const auto& block : blocks) derivative.emplace_back(2, Eigen::Index(block.size()));
-    for (Block& block : derivative) jacobians.push_back(block.data());
-    const auto evaluate = [&](double** out) {
-      std::vector<const double*> pointers;
-      for (const auto& block : blocks) pointers.push_back(block.data());
-      Vec2 residual;
-      EXPECT_TRUE(cost.Evaluate(pointers.data(), residual.data(), out));
-      return residual;
-    };
-    EXPECT_LT((evaluate(jacobians.data()) - evaluate(nullptr)).norm(), 1e-9);
-    for (std::size_t b = blocks.size() - 2; b < blocks.size(); ++b)  // the others are the inner cost's
-      for (std::size_t i = 0; i < 3; ++i) {
-        const double here = blocks[b][i];
-        blocks[b][i] = here + 1e-6;
-        const Vec2 above = evaluate(nullptr);
-        blocks[b][i] = here - 1e-6;
-        const Vec2 expected = (above - evaluate(nullptr)) / 2e-6;
-        blocks[b][i] = here;
-        EXPECT_LT((derivative[b].col(Eigen::Index(i)) - expected).norm(), 1e-5 * (1 + expected.norm()))
-            << "block " << b << " parameter " << i;
-      }
-    return evaluate(nullptr);
-  };
   const std::vector<double> as_block(flex.data(), flex.data() + 3);
 
   const auto of_point = [&] {
     return std::make_unique<ReprojectionCost<BrownConrady>>(Vec2(711.5, 702.25), sheet.lit.sqrt_information);
   };
-  const Vec2 flexed = compare(
+  const Vec2 flexed = compare_with_differences(
       FlexedCost(of_point(), FlexedCost::Last::kPoint, centre),
-      {sheet.blocks[2], sheet.blocks[3], sheet.blocks[4], {point.x(), point.y(), point.z()}, as_block});
+      {sheet.blocks[2], sheet.blocks[3], sheet.blocks[4], {point.x(), point.y(), point.z()}, as_block},
+      {3, 4});
   const double dx = 0.33 - 0.14, dy = -0.17 - 0.09;
   const Vec3 lifted(0.33, -0.17, 0.004 + 0.5 * (-0.31 * dx * dx + 2 * 0.22 * dx * dy + 0.17 * dy * dy));
   const double* flat[] = {sheet.blocks[2].data(), sheet.blocks[3].data(), sheet.blocks[4].data(),
@@ -295,7 +300,36 @@ TEST(FlexedCost, DerivativesAreThoseOfFiniteDifferences) {
                                                 Vec2(711.5, 702.25), sheet.seen.sqrt_information, centre);
   std::vector<std::vector<double>> blocks(sheet.blocks.begin(), sheet.blocks.end());
   blocks.push_back(as_block);
-  compare(FlexedCost(std::move(light), FlexedCost::Last::kCurvature, centre), blocks);
+  compare_with_differences(FlexedCost(std::move(light), FlexedCost::Last::kCurvature, centre), blocks,
+                           {5, 6});
+}
+
+/// And that of a camera whose focus and image have changed: as another cost with that lens, and by finite differences.
+TEST(ImageChangeCost, HasTheLensOfTheView) {
+  const LitSheet sheet;
+  const std::vector<double> change{0.013, -2.25, 1.5};
+  const auto of_point = [&] {
+    return std::make_unique<ReprojectionCost<BrownConrady>>(Vec2(711.5, 702.25), sheet.lit.sqrt_information);
+  };
+  const std::vector<std::vector<double>> of_print{
+      sheet.blocks[2], sheet.blocks[3], sheet.blocks[4], {0.33, -0.17, 0.004}, change};
+  const Vec2 residual = compare_with_differences(ImageChangeCost(of_point()), of_print, {0, 4});
+  Camera lens{{1920, 1080}, {}, BrownConrady{}};
+  lens = changed(with_parameters(lens, Eigen::Map<const VecX>(sheet.blocks[2].data(), 10)),
+                 Vec3(0.013, -2.25, 1.5));
+  EXPECT_NEAR(lens.intrinsics.skew, 1.013 * sheet.blocks[2][4], 1e-12);
+  const VecX of_view = parameters_of(lens);
+  const double* blocks[] = {of_view.data(), of_print[1].data(), of_print[2].data(), of_print[3].data()};
+  Vec2 expected;
+  ASSERT_TRUE(of_point()->Evaluate(blocks, expected.data(), nullptr));
+  EXPECT_LT((residual - expected).norm(), 1e-9);
+
+  auto light =
+      std::make_unique<LightPointCost>(FisheyeDistortion{}, BrownConrady{}, Vec2(735, 691),
+                                       Vec2(711.5, 702.25), sheet.seen.sqrt_information, Vec2(0.14, 0.09));
+  std::vector<std::vector<double>> of_light(sheet.blocks.begin(), sheet.blocks.end());
+  of_light.push_back(change);
+  compare_with_differences(ImageChangeCost(std::move(light)), of_light, {0, 6});
 }
 
 /// Cylinders about axes of any direction whose curvature has RMS s have whitened squares of mean 3.

@@ -92,7 +92,7 @@ TEST(Flex, HasTheSizeThatTheViewsShow) {
   const CalibrationResult result = calibrate_rig(world.correspondences(3));
   double squares = 0;
   for (const Vec3& flex : world.flex) squares += std::pow(flex[0] + flex[2], 2) / 24;
-  EXPECT_NEAR(result.solved.options.flex_sigma, std::sqrt(squares), 0.3 * std::sqrt(squares));
+  EXPECT_NEAR(result.solved.options.variation.flex, std::sqrt(squares), 0.3 * std::sqrt(squares));
   // And each view's own: what the measurements of a view cannot see of it is a small share.
   double off = 0;
   const Vec3 common = result.shape.sheet.curvature;

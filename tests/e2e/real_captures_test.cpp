@@ -26,15 +26,17 @@ TEST(RealCaptures, CalibrateToTheKnownRig) {
       "--captures " + (test_data() / "graycode").string() +
           " --pattern gray --projector-size 1024x768 --board chessboard:7x9:75mm --holdout --json -o " +
           (folder / "rig.json").string() + " --report " + (folder / "report.html").string());
-  // Five boards, all of one tilt about the horizontal axis: sound numbers, but some 14 mm at 2 m.
-  ASSERT_EQ(run.exit_code, 5) << run.err;
+  // Five boards, all of one tilt about the horizontal axis: sound numbers, but some 3.4 mm at 2 m.
+  ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json summary = run.json();
-  EXPECT_EQ(summary["result"], "imprecise");
-  EXPECT_EQ(summary["gates"]["failed"], 1);
-  EXPECT_GT(summary["wall"]["rms_mm"], 10);
-  EXPECT_LT(summary["wall"]["rms_mm"], 20);
-  EXPECT_LT(summary["wall"]["by_camera"]["rms_mm"], 5);
+  EXPECT_EQ(summary["gates"]["failed"], 0);
+  EXPECT_GT(summary["wall"]["rms_mm"], 2);
+  EXPECT_LT(summary["wall"]["rms_mm"], 5);
+  EXPECT_LT(summary["wall"]["by_camera"]["rms_mm"], 1);
   EXPECT_LT(summary["next_view"]["rms_mm"], 0.7 * summary["wall"]["rms_mm"].get<double>());
+  // Camera and projector stand by 0.12 px otherwise from view to view: without that, the projector's RMS is 0.036 px.
+  EXPECT_NEAR(summary["image_changes"]["camera"]["shift_rms_px"], 0.12, 0.05);
+  EXPECT_LT(summary["rms_px"]["projector"], 0.02);
   EXPECT_EQ(summary["views_used"], 5);
   EXPECT_EQ(summary["points_found"]["camera"], 5 * 63);
   EXPECT_EQ(summary["points_found"]["projector"], 5 * 63);
@@ -53,9 +55,9 @@ TEST(RealCaptures, CalibrateToTheKnownRig) {
   EXPECT_NE(slurp(folder / "report.html").find("</html>"), std::string::npos);
 }
 
-/// On real data, where sigmas are the jackknife's: in closed form against whole refits without each pose, the
-/// board's shape among the unknowns. Measured: at most 14 %, but for the camera's k1, k2, k3, which these
-/// five poses leave to trade off against each other: there the closed form is 1.35 to 1.6 times as large, on
+/// On real data: the jackknife in closed form against whole refits without each pose, the board's shape and the changes of
+/// the camera's image among the unknowns. Measured: at most 14 %, but for the camera's k1, k2, p1, which these
+/// five poses leave to trade off against each other: there the closed form is 1.2 to 1.6 times as large, on
 /// the careful side.
 TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   PROCAM_REQUIRE_TEST_DATA("graycode/capture_0");
@@ -68,7 +70,6 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   options.camera.held = options.projector.held = {"skew", "k3"};
   const calibrate::CalibrationResult result = calibrate::calibrate_rig(
       session::read(session::open(test_data() / "graycode", {stated, {}})).correspondences, options);
-  EXPECT_TRUE(result.sigmas_from_views);
   const auto& [data, used, state, bundle_options] = result.solved;
   std::map<std::string, double> variance;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
@@ -89,7 +90,7 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
     if (closed.index_of(name)) {
       const double ratio = closed.sigma(name) / std::sqrt(of_refits);
       EXPECT_GT(ratio, 0.8) << name;
-      EXPECT_LT(ratio, name.rfind("camera.k", 0) == 0 ? 1.8 : 1.2) << name;
+      EXPECT_LT(ratio, name.rfind("camera.k", 0) == 0 || name.rfind("camera.p", 0) == 0 ? 1.8 : 1.2) << name;
     }
   }
 }
@@ -112,12 +113,13 @@ TEST(RealCaptures, ThePredictedErrorIsCheckedForTheSurfaceOfTheUser) {
   EXPECT_LE(std::count(run.err.begin(), run.err.end(), '\n'), 14) << run.err;
   EXPECT_NE(run.err.find("note: 5 views: decoded row codes "), std::string::npos) << run.err;
 
-  EXPECT_EQ(run_tool("calibrate-projector", "--check " + rig).exit_code, 5);
-  EXPECT_EQ(run_tool("calibrate-projector", "--check " + rig + " --surface-located camera").exit_code, 0);
-  EXPECT_EQ(
-      run_tool("calibrate-projector", "--check " + rig + " --surface-located camera --accept 1mm").exit_code,
-      5);
-  EXPECT_EQ(run_tool("calibrate-projector", "--check " + rig + " --accept 100mm").exit_code, 0);
+  const auto check = [&](const std::string& options) {
+    return run_tool("calibrate-projector", "--check " + rig + options).exit_code;
+  };
+  EXPECT_EQ(check(" --accept 2mm"), 5);
+  EXPECT_EQ(check(" --accept 2mm --surface-located camera"), 0);
+  EXPECT_EQ(check(" --accept 0.2mm --surface-located camera"), 5);
+  EXPECT_EQ(check(" --accept 100mm"), 0);
 }
 
 TEST(RealCaptures, GateFiresOnThePublishedCalibrationOfThem) {
@@ -171,6 +173,8 @@ TEST(StereoChessboards, AreExplainedBetterThanByOpenCVAndBetterStillWithTheirSha
   EXPECT_TRUE(shaped.shape.free);
   EXPECT_LE(shaped.joint_rms_px, 0.10);
   EXPECT_LT(shaped.shape.holdout_free_px, 0.6 * shaped.shape.holdout_flat_px);
+  // Changes of 1.4 px in every view explain a waving sheet as well, and predict other views to 2.5 px.
+  EXPECT_EQ(shaped.diagnostics.find("image_changes"), nullptr);
 }
 
 }  // namespace

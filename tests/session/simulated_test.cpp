@@ -42,9 +42,16 @@ TEST(SimulatedSession, RefusesFlexThatIsNone) {
     EXPECT_TRUE(refusal(std::string("flex=") + value)) << value;
 }
 
+TEST(SimulatedSession, RefusesImageChangesThatAreNone) {
+  for (const char* setting : {"refocus=-1%", "refocus=6%", "refocus=nan", "refocus=", "stabiliser=-1px",
+                              "stabiliser=101px", "stabiliser=2mm"})
+    EXPECT_TRUE(refusal(setting)) << setting;
+}
+
 /// Silently omitted, it would look as if it had no effect.
 TEST(SimulatedSession, RefusesInARoomWhatOnlyBoardsHave) {
-  for (const char* setting : {"lens-deviation=0.05px", "bend=6mm", "flex=1mm"}) {
+  for (const char* setting :
+       {"lens-deviation=0.05px", "bend=6mm", "flex=1mm", "refocus=0.3%", "stabiliser=2px"}) {
     const std::optional<Error> error = refusal(setting, "wall");
     ASSERT_TRUE(error) << setting;
     EXPECT_EQ(error->kind(), ErrorKind::kUnsupported) << setting;

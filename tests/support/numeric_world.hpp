@@ -24,6 +24,8 @@ struct NumericWorld {
   double camera_sigma_px = 0, projector_sigma_px = 0;
   BentSheet sheet;         ///< that the projected board of with_projected_board() falls on
   std::vector<Vec3> flex;  ///< by view: curvature that is added to the sheet's; empty: none
+  std::vector<Vec3>
+      image_changes;  ///< by view: (g, x, y) of the camera (calibrate/costs/image_change.hpp); empty: none
   Points3 bend;  ///< by point: where the sheet has it, minus where it was printed; empty for a flat sheet
 
   /// A sheet that sags by 1 mm between its ends, curls at one corner and was printed 0.2 % too wide.
@@ -59,6 +61,26 @@ struct NumericWorld {
                      Vec3(across.x() * across.x(), across.x() * across.y(), across.y() * across.y()));
     }
   }
+  /// The camera focuses anew in each view, by this share (RMS), and a stabiliser displaces its image, by this (RMS) an axis.
+  void change_images(double focus, double shift_px, std::uint64_t seed) {
+    std::mt19937_64 random(seed ^ 0x2c1b3c6d);
+    std::normal_distribution<double> normal;
+    image_changes.clear();
+    for (std::size_t v = 0; v < camera_from_board.size(); ++v) {
+      const double g = focus * normal(random), x = shift_px * normal(random), y = shift_px * normal(random);
+      image_changes.emplace_back(g, x, y);
+    }
+  }
+  Camera camera_in(std::size_t view) const {
+    Camera lens = camera;
+    if (image_changes.empty()) return lens;
+    const Vec3& change = image_changes[view];
+    Intrinsics& k = lens.intrinsics;
+    k.fx *= 1 + change[0], k.fy *= 1 + change[0], k.skew *= 1 + change[0];
+    k.cx += change[1], k.cy += change[2];
+    return lens;
+  }
+
   BentSheet sheet_in(std::size_t view) const {
     return flex.empty() ? sheet : BentSheet{sheet.curvature + flex[view], sheet.centre};
   }
@@ -146,7 +168,7 @@ struct NumericWorld {
         Vec3 place = points[i];
         if (!flex.empty()) place.z() += BentSheet{flex[v], sheet.centre}.height(place.head<2>());
         const Vec3 in_camera = camera_from_board[v] * place;
-        const auto seen = camera.project(in_camera);
+        const auto seen = camera_in(v).project(in_camera);
         const auto lit = projector.project(projector_from_camera * in_camera);
         const auto add = [&](std::size_t device, const Vec2& pixel, double sigma) {
           const Vec2 noise(sigma * normal(random), sigma * normal(random));
@@ -171,7 +193,7 @@ struct NumericWorld {
     for (std::size_t v = 0; v < data.views.size(); ++v) {
       const Pose& from_board = camera_from_board[v];
       const auto light_at = [&](const Vec2& camera_pixel) -> std::optional<Vec2> {
-        const auto bearing = camera.unproject(camera_pixel);
+        const auto bearing = camera_in(v).unproject(camera_pixel);
         const auto place = bearing
                                ? intersect(from_board.inverse() * Ray{Vec3::Zero(), *bearing}, sheet_in(v))
                                : std::nullopt;
@@ -209,7 +231,7 @@ struct NumericWorld {
           const auto ray = projector.emit(shown);
           const auto on_sheet =
               ray ? intersect(projector_from_board.inverse() * *ray, sheet_in(v)) : std::nullopt;
-          const auto seen = on_sheet ? camera.project(camera_from_board[v] * *on_sheet) : std::nullopt;
+          const auto seen = on_sheet ? camera_in(v).project(camera_from_board[v] * *on_sheet) : std::nullopt;
           if (!seen || !camera.size.contains(*seen)) continue;
           LightPoint light;
           light.projector = 1;

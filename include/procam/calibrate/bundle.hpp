@@ -2,15 +2,16 @@
 /// Bundle adjustment: all lenses, all device poses, all board poses and, if asked, the board's shape at once,
 /// by Ceres.
 ///
-/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - place|^2 / board_sigma^2 + the priors of lenses and of flex,
-/// over every used observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment
+/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - place|^2 / board_sigma^2 + the priors of lenses and of what
+/// differs from view to view, over every used observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment
 /// - a modern synthesis", 1999). A point's place is where it was printed, on a bent sheet whose curvature is an
-/// unknown as well, and may differ a little from view to view (flex). Device 0 carries the rig's frame. This is the
+/// unknown as well. The sheet's curvature and a camera's focus may differ a little from view to view. Device 0 carries the rig's frame. This is the
 /// door for people who bring their own start; calibrate.hpp finds one.
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "procam/calibrate/costs/image_change.hpp"
 #include "procam/calibrate/lens_prior.hpp"
 #include "procam/core/base/export.hpp"
 #include "procam/core/geometry/bent_sheet.hpp"
@@ -30,6 +31,15 @@ struct BundleState {
   /// By view: the curvature that the sheet has in this view alone, added to the sheet's; empty: the sheet is the same in all
   /// views.
   std::vector<Vec3> flex = {};
+  /// By view and device: the change (g, x, y) of a camera's interior orientation in this view alone (costs/image_change.hpp), a
+  /// projector's zero; empty: it is the same in all views.
+  std::vector<std::vector<Vec3>> image_changes = {};
+
+  /// A device's lens as it is in a view.
+  Camera lens_in(std::size_t view, std::size_t device) const {
+    return image_changes.empty() ? lenses.at(device)
+                                 : changed(lenses.at(device), image_changes.at(view).at(device));
+  }
 
   /// The sheet as it is in a view.
   BentSheet sheet_in(std::size_t view) const {
@@ -56,6 +66,17 @@ struct ResidualNoise {
   }
 };
 
+/// What differs from view to view beside the board's pose, as standard deviations: the prior of BundleState::flex and of
+/// BundleState::image_changes. Zero holds it.
+struct ViewVariation {
+  double flex = 0;      ///< RMS of the sheet's curvature, 1/metre (costs/flexed.hpp)
+  double focus = 0;     ///< of the cameras' focal length, share
+  double shift_px = 0;  ///< of the cameras' principal point, an axis
+
+  bool of_image() const { return focus > 0 || shift_px > 0; }
+  bool any() const { return flex > 0 || of_image(); }
+};
+
 struct BundleOptions {
   /// By device: names of lens parameters held at their start ("skew", "k3"). All of them hold a known lens.
   std::vector<std::vector<std::string>> held;
@@ -67,9 +88,7 @@ struct BundleOptions {
   /// the board is as the start has it. One shape for all views; the prior also carries the freedom that
   /// shape and poses share (six for the place, one for the scale).
   double board_sigma = 0;
-  /// RMS of the curvature by which the sheet bends anew in each view, 1/metre: the prior of BundleState::flex
-  /// (costs/flexed.hpp). Zero holds it.
-  double flex_sigma = 0;
+  ViewVariation variation = {};
   /// By view: the number of its group. Views of a group repeat one pose of the board: what disturbs one of
   /// them (paper, light, the corner's place within a pixel) disturbs all alike, so that together they weigh
   /// as one view, 1 / (views of the group that take part) each. Views beyond the list are groups of their
@@ -97,6 +116,7 @@ struct Measurement {
   const LightPoint* light = nullptr;
   /// Of a projector's observation: that of the same point by the camera that read it.
   const Observation* corner = nullptr;
+  bool of_camera = false;  ///< the device is a camera
 
   /// The pixel of the device: as observed, or as shown.
   const Vec2& pixel() const { return observation != nullptr ? observation->pixel : light->projector_pixel; }

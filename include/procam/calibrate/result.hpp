@@ -56,6 +56,12 @@ struct EstimatedShape {
   double holdout_flat_px = 0, holdout_free_px = 0;
 };
 
+/// What a camera's image changes by from view to view (costs/image_change.hpp), RMS about its mean; zero: by nothing.
+struct ImageChange {
+  double focus_rms = 0;     ///< of the focal length, share
+  double shift_rms_px = 0;  ///< of the principal point, an axis
+};
+
 /// A lens model that was tried on one device, the others' as they were. All from the same measurements.
 struct LensAlternative {
   int device = 0;     ///< index into CalibrationResult::devices
@@ -103,6 +109,7 @@ struct CalibrationResult {
   std::vector<double> holdout_px, holdout_all_px;
   std::vector<ResidualNoise> noise;  ///< by device: what the residuals say of the detectors' covariances
   EstimatedShape shape;
+  std::vector<ImageChange> image_changes;  ///< by device
   /// Variance of the views over that of independent noise (jackknife); the rig's
   /// covariance allows for it when it is significant (see uncertainty.hpp).
   double variance_ratio = 1;

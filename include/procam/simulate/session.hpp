@@ -49,7 +49,9 @@ struct SimulatedSession {
   CaptureOptions capture;
   std::vector<ViewDefects> defects;  ///< of each view; empty: none has any
   Conditions conditions;             ///< that it was made with
-  Board stated_board;                ///< as its user believes it to be: print_scale is not in it
+  /// By view: the camera's lens as it was focused and stabilised there; empty: in all as the rig has it.
+  std::vector<Camera> lenses;
+  Board stated_board;  ///< as its user believes it to be: print_scale is not in it
 
   const Rig& rig() const { return views.front().rig; }
   const PrintedBoard& board() const { return views.front().board; }

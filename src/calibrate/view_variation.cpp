@@ -1,0 +1,363 @@
+#include "view_variation.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "joined.hpp"
+#include "linearisation.hpp"
+#include "procam/calibrate/costs/flexed.hpp"
+#include "residual_blocks.hpp"
+#include "shape.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+/// More than what detectors do alike to all points of a view.
+constexpr double kVisiblePx = 0.01;
+constexpr double kUsualField = 0.3;  ///< of an image's width: how far from its middle its points are
+
+/// The curvature of a sheet that rises over half the print's diagonal by this share of the diagonal.
+double curvature_of(const Points3& printed, double share) {
+  const double diagonal = (printed.back() - printed.front()).norm();
+  return 8 * share / diagonal;
+}
+
+/// A symmetric positive matrix, scaled to a unit diagonal; nullopt where it is singular.
+struct Factors {
+  VecX scale;
+  Eigen::LDLT<MatX> of_scaled;
+
+  double log_determinant() const {
+    return of_scaled.vectorD().array().log().sum() - 2 * scale.array().log().sum();
+  }
+  MatX solve(const MatX& right) const {
+    return scale.asDiagonal() * of_scaled.solve(MatX(scale.asDiagonal() * right));
+  }
+};
+std::optional<Factors> factors_of(const MatX& matrix) {
+  Factors factors{matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse(), {}};
+  factors.of_scaled.compute(MatX(factors.scale.asDiagonal() * matrix * factors.scale.asDiagonal()));
+  if (factors.of_scaled.info() != Eigen::Success || !(factors.of_scaled.vectorD().minCoeff() > 1e-14))
+    return std::nullopt;
+  return factors;
+}
+
+/// rows^T rows over [common parameters, what a view has of its own beside its board's pose, residual], the poses eliminated. Its
+/// own are the flex and the cameras' image changes.
+struct VariationEquations {
+  MatX common;            ///< of all views and the priors, over [common parameters, residual]
+  std::vector<MatX> own;  ///< by view that takes part: the own's rows over [common, own, residual]
+  std::vector<VecX> value;
+  std::vector<double> weight;
+  std::vector<ImageSize> images;  ///< of the cameras
+  double rows = 0;                ///< without the unknowns that are eliminated
+
+  Eigen::Index own_size() const { return own.empty() ? 0 : own.front().rows(); }
+};
+
+/// `solution` with everything free that may vary.
+std::optional<VariationEquations> equations_of(const Correspondences& data, const Solution& solution) {
+  const BundleState& state = solution.state();
+  const BundleOptions options = with_few_unknowns(data, solution.options);
+  const CommonParameters common(data, solution.used, state, options);
+  const Linearisation linearise(state, common);
+  const Eigen::Index n = common.size();
+  const std::vector<double> weights = view_weights(solution.used, options);
+  const OwnOfView layout = own_of_view(options, data.devices.size());
+  VariationEquations out;
+  std::vector<Eigen::Index> taken{layout.flex_at};  // of the own: where three that count begin
+  for (std::size_t d = 0; d < data.devices.size(); ++d)
+    if (data.devices[d].kind == DeviceKind::kCamera) {
+      taken.push_back(layout.images_at + 3 * Eigen::Index(d));
+      out.images.push_back(state.lenses[d].size);
+    }
+  const Eigen::Index own = 3 * Eigen::Index(taken.size());
+  out.common = MatX::Zero(n + 1, n + 1);
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    std::vector<Linearised> measured;
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        if (!solution.used[v][d][std::size_t(m.index)]) continue;
+        auto one = linearise(m, options);
+        if (!one) return std::nullopt;
+        measured.push_back(*std::move(one));
+      }
+    if (measured.size() < 5) continue;
+    MatX rows = MatX::Zero(Eigen::Index(2 * measured.size()), n + own + 1), by_pose(rows.rows(), 6);
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      auto row = rows.middleRows<2>(Eigen::Index(2 * k));
+      for (std::size_t i = 0; i < measured[k].columns.size(); ++i)
+        row.col(measured[k].columns[i]) += measured[k].by_common.col(Eigen::Index(i));
+      for (std::size_t i = 0; i < taken.size(); ++i)
+        row.middleCols<3>(n + 3 * Eigen::Index(i)) = measured[k].by_view.middleCols<3>(taken[i]);
+      row.rightCols<1>() = measured[k].residual;
+      by_pose.middleRows<2>(Eigen::Index(2 * k)) = measured[k].by_view.leftCols<6>();
+    }
+    const MatX turned = Eigen::HouseholderQR<MatX>(by_pose).householderQ().adjoint() * rows;
+    const MatX rest = turned.bottomRows(turned.rows() - 6);
+    const MatX squares = weights[v] * (rest.transpose() * rest);
+    out.common.topLeftCorner(n, n) += squares.topLeftCorner(n, n);
+    out.common.topRightCorner(n, 1) += squares.topRightCorner(n, 1);
+    out.common.bottomLeftCorner(1, n) += squares.bottomLeftCorner(1, n);
+    out.common(n, n) += squares(n + own, n + own);
+    out.own.push_back(squares.middleRows(n, own));
+    VecX value(own);
+    for (std::size_t i = 0; i < taken.size(); ++i)
+      value.segment<3>(3 * Eigen::Index(i)) = own_prior(state, options, v).value.segment<3>(taken[i] - 6);
+    out.value.push_back(std::move(value));
+    out.weight.push_back(weights[v]);
+    out.rows += weights[v] * double(rest.rows());
+  }
+  for (const PriorRow& prior : prior_rows(data, state, options, common)) {
+    VecX row = VecX::Zero(n + 1);
+    for (const auto& [column, derivative] : prior.by_common) row[column] = derivative;
+    row[n] = prior.residual;
+    out.common += row * row.transpose();
+  }
+  out.rows -= double(common.devices_size);
+  return out;
+}
+
+/// -2 ln of the restricted likelihood with the noise's size profiled out.
+struct Trial {
+  double cost = std::numeric_limits<double>::infinity();
+  double noise = 1;
+};
+
+/// `sizes` in units of the noise; `smallest_flex` stands for none.
+Trial try_sizes(const VariationEquations& equations, const ViewVariation& sizes, double smallest_flex) {
+  const Eigen::Index n = equations.common.rows() - 1, own = equations.own_size();
+  MatX whitening = MatX::Zero(own, own);
+  whitening.topLeftCorner<3, 3>() = flex_whitening(std::max(sizes.flex, smallest_flex));
+  for (std::size_t camera = 0; camera < equations.images.size(); ++camera)
+    whitening.diagonal().segment<3>(3 + 3 * Eigen::Index(camera)) =
+        image_change_weights(sizes, equations.images[camera]);
+  const MatX prior = whitening.transpose() * whitening;
+  const double of_prior = 2 * std::log(std::abs(whitening.topLeftCorner<3, 3>().determinant())) +
+                          2 * whitening.diagonal().tail(own - 3).array().log().sum();
+  MatX left = equations.common;  // the own of every view eliminated from it
+  double log_determinant = 0;
+  for (std::size_t v = 0; v < equations.own.size(); ++v) {
+    const double w = equations.weight[v];
+    MatX cross(own, n + 1);
+    cross << equations.own[v].leftCols(n), equations.own[v].rightCols<1>();
+    cross.col(n) += w * (prior * equations.value[v]);
+    const auto factors = factors_of(MatX(equations.own[v].middleCols(n, own) + w * prior));
+    if (!factors) return {};
+    left -= cross.transpose() * factors->solve(cross);
+    left(n, n) += w * equations.value[v].dot(prior * equations.value[v]);
+    log_determinant += factors->log_determinant() - of_prior - double(own) * std::log(w);
+  }
+  const auto common = factors_of(left.topLeftCorner(n, n));
+  if (!common) return {};
+  const VecX right = left.topRightCorner(n, 1);
+  const double squares = left(n, n) - right.dot(VecX(common->solve(right)));
+  if (!(squares > 0)) return {};
+  return {equations.rows * std::log(squares) + log_determinant + common->log_determinant(),
+          std::sqrt(squares / equations.rows)};
+}
+
+/// One of the sizes and where it is looked for.
+struct Component {
+  double ViewVariation::*size;
+  double low, high;
+  double smallest;  ///< to be taken, in the data's units
+};
+
+class SizeSearch {
+ public:
+  SizeSearch(const VariationEquations& equations, const Points3& printed)
+      : equations_(equations), smallest_flex_(curvature_of(printed, 1e-8)) {}
+
+  /// Sizes in the data's units, and how likely they are: the cost, with what each must gain.
+  struct Found {
+    ViewVariation sizes;
+    double cost = std::numeric_limits<double>::infinity();
+  };
+
+  /// One after the other, the most likely first; those of a later stage after all others.
+  Found most_likely(const std::vector<std::vector<Component>>& stages) const {
+    Sized best = tried({});
+    std::vector<Component> taken;
+    for (std::vector<Component> candidates : stages)
+      while (!candidates.empty() && std::isfinite(best.trial.cost)) {
+        std::optional<Sized> next;
+        std::size_t which = 0;
+        for (std::size_t i = 0; i < candidates.size(); ++i) {
+          const Sized sized = refined(searched(best, candidates[i]), candidates[i]);
+          if (next && !(sized.trial.cost < next->trial.cost)) continue;
+          next = sized;
+          which = i;
+        }
+        if (!(best.trial.cost - next->trial.cost >= kGain)) break;
+        const Component component = candidates[which];
+        candidates.erase(candidates.begin() + long(which));
+        // Beside a change that is visible, a smaller one of the other kind counts as well.
+        if (!best.sizes.of_image() && next->trial.noise * next->sizes.*component.size < component.smallest)
+          continue;
+        best = *next;
+        taken.push_back(component);
+        for (int round = 0; round < 2 && taken.size() > 1; ++round)
+          for (const Component& one : taken) best = refined(best, one);
+      }
+    // One that was taken for another.
+    for (const Component& component : taken) {
+      ViewVariation without = best.sizes;
+      without.*component.size = 0;
+      Sized rest = tried(without);
+      for (const Component& other : taken) rest = refined(rest, other);
+      if (rest.trial.cost - best.trial.cost < kGain) best = rest;
+    }
+    Found found{best.sizes, best.trial.cost};
+    for (const Component& component : taken) {
+      if (found.sizes.*component.size > 0) found.cost += kGain;
+      found.sizes.*component.size *= best.trial.noise;
+    }
+    return found;
+  }
+
+ private:
+  static constexpr double kGain = 16;  ///< of 2 ln of the likelihood
+
+  struct Sized {
+    ViewVariation sizes;
+    Trial trial;
+  };
+
+  Sized tried(const ViewVariation& sizes) const {
+    return {sizes, try_sizes(equations_, sizes, smallest_flex_)};
+  }
+
+  Sized with(const Sized& others, const Component& component, double size) const {
+    ViewVariation sizes = others.sizes;
+    sizes.*component.size = size;
+    return tried(sizes);
+  }
+
+  Sized searched(const Sized& others, const Component& component) const {
+    Sized best = others;
+    for (double size = component.low; size < component.high; size *= 3) {
+      const Sized sized = with(others, component, size);
+      if (sized.trial.cost < best.trial.cost) best = sized;
+    }
+    return best;
+  }
+
+  /// By smaller and smaller factors.
+  Sized refined(Sized best, const Component& component) const {
+    for (double factor = 1.8; factor > 1.05; factor = std::sqrt(factor))
+      for (const double by : {factor, 1 / factor}) {
+        if (!(best.sizes.*component.size > 0)) continue;
+        const Sized sized = with(best, component, by * best.sizes.*component.size);
+        if (sized.trial.cost < best.trial.cost) best = sized;
+      }
+    return best;
+  }
+
+  const VariationEquations& equations_;
+  double smallest_flex_;
+};
+
+}  // namespace
+
+ViewVariation loose_variation(const Points3& printed) {
+  return {curvature_of(printed, 0.005), 1e-3, 1};
+}
+
+void free_variation(const ViewVariation& sizes, BundleState& state, BundleOptions& options) {
+  options.variation = sizes;
+  const std::size_t views = state.rig_from_board.size();
+  if (sizes.flex > 0 && state.flex.empty()) state.flex.assign(views, Vec3::Zero());
+  if (sizes.of_image() && state.image_changes.empty())
+    state.image_changes.assign(views, std::vector<Vec3>(state.lenses.size(), Vec3::Zero()));
+}
+
+ViewVariation most_likely_variation(const Correspondences& data, const Solution& solution, MayVary may) {
+  const Points3 printed = points_in_board(data.board);
+  Solution free = solution;
+  ViewVariation sizes = loose_variation(printed);
+  for (double ViewVariation::*size : {&ViewVariation::flex, &ViewVariation::focus, &ViewVariation::shift_px})
+    if (solution.options.variation.*size > 0) sizes.*size = solution.options.variation.*size;
+  free_variation(sizes, free.bundle.state, free.options);
+  for (std::size_t v = 0; v < free.rejected.size(); ++v)
+    if (std::count(free.rejected[v].begin(), free.rejected[v].end(), char(1)) > 0)
+      for (std::vector<char>& of_device : free.used[v])
+        std::fill(of_device.begin(), of_device.end(), char(0));
+  free.options.board_sigma = std::max(free.options.board_sigma, sheet_sigma(printed));
+  const auto equations = equations_of(data, free);
+  if (!equations || !(equations->rows > 0) || equations->own.empty()) return {};
+  const double width = data.devices.front().size.width;
+  const Component flex{&ViewVariation::flex, curvature_of(printed, 1e-6), curvature_of(printed, 0.1), 0};
+  const Component focus{&ViewVariation::focus, 1e-6, 0.05, kVisiblePx / (kUsualField * width)};
+  const Component shift{&ViewVariation::shift_px, 1e-3, 100, kVisiblePx};
+  const std::vector<Component> sheet = may.sheet ? std::vector<Component>{flex} : std::vector<Component>{};
+  const auto first = [&](const Component& one, const Component& last) {
+    std::vector<Component> together = sheet;
+    together.push_back(one);
+    return std::vector<std::vector<Component>>{together, {last}};
+  };
+  const SizeSearch search(*equations, printed);
+  if (!may.images) return search.most_likely({sheet}).sizes;
+  // A change of focus displaces images as well, and explains a displacement.
+  const SizeSearch::Found displaced = search.most_likely(first(shift, focus));
+  if (!displaced.sizes.of_image()) return displaced.sizes;
+  const SizeSearch::Found focused = search.most_likely(first(focus, shift));
+  return focused.cost < displaced.cost ? focused.sizes : displaced.sizes;
+}
+
+double flex_rms(const Correspondences& data, const Solution& solution) {
+  const BundleState& state = solution.state();
+  double squares = 0, count = 0;
+  for (std::size_t v = 0; v < data.views.size() && !state.flex.empty(); ++v) {
+    const BentSheet flex{state.flex[v], state.sheet.centre};
+    double sum = 0, of_squares = 0, points = 0;
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        if (!solution.used[v][d][std::size_t(m.index)]) continue;
+        Vec3 place;
+        if (m.light != nullptr) {
+          const auto in_rig = place_in_rig(state, int(v), *m.light);
+          if (!in_rig) continue;
+          place = state.rig_from_board[v].inverse() * *in_rig;
+        } else {
+          place = state.points_in_board[std::size_t(m.observation->point)];
+        }
+        const double height = flex.height(place.head<2>());
+        sum += height, of_squares += height * height, ++points;
+      }
+    if (points > 0) squares += of_squares - sum * sum / points;
+    count += points;
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0;
+}
+
+std::vector<ImageChange> image_change_rms(const Correspondences& data, const Solution& solution) {
+  std::vector<ImageChange> all(data.devices.size());
+  const BundleState& state = solution.state();
+  for (std::size_t d = 0; d < data.devices.size() && !state.image_changes.empty(); ++d) {
+    Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
+    double views = 0;
+    for (std::size_t v = 0; v < data.views.size(); ++v) {
+      if (count_used(solution.used, v, d) == 0) continue;
+      const Vec3& change = state.image_changes[v][d];
+      sum += change, squares += change.cwiseAbs2(), ++views;
+    }
+    if (views == 0) continue;
+    const Vec3 variance = (squares / views - (sum / views).cwiseAbs2()).cwiseMax(0);
+    if (solution.options.variation.focus > 0) all[d].focus_rms = std::sqrt(variance[0]);
+    if (solution.options.variation.shift_px > 0)
+      all[d].shift_rms_px = std::sqrt(0.5 * (variance[1] + variance[2]));
+  }
+  return all;
+}
+
+bool changes_visibly(const ImageChange& change, ImageSize image) {
+  return std::hypot(change.shift_rms_px, kUsualField * image.width * change.focus_rms) > kVisiblePx;
+}
+
+}  // namespace procam::calibrate

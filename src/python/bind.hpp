@@ -141,7 +141,10 @@ F loaded(py::handle value, const Where& where) {
     return Loader<F>::from(value, where);
   } else {
     py::detail::make_caster<F> caster;
-    if (!caster.load(value, true)) refuse_type(where, py::type_id<F>(), value);
+    py::object given = py::reinterpret_borrow<py::object>(value);
+    // What another record's map gives.
+    if (Py_TYPE(value.ptr()) == &PyDictProxy_Type) given = py::dict(given);
+    if (!caster.load(given, true)) refuse_type(where, py::type_id<F>(), value);
     return py::detail::cast_op<F>(std::move(caster));
   }
 }

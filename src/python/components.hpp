@@ -25,6 +25,7 @@ void bind_simulate_room(pybind11::module_& m);
 void bind_session_views(pybind11::module_& m);
 void bind_session(pybind11::module_& m);
 void bind_scan(pybind11::module_& m);
+void bind_room(pybind11::module_& m);
 void bind_depth(pybind11::module_& m);
 void bind_depth_heights(pybind11::module_& m);
 void bind_analyze(pybind11::module_& m);

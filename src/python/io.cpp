@@ -419,6 +419,20 @@ void bind_board_as_text(py::module_& m) {
            py::arg("name"), py::arg("known"));
 }
 
+void bind_exif(py::module_& m) {
+  Record<io::ExifFocal> exif_focal(m, "ExifFocal",
+                                   "The focal length that a camera has written into its pictures.");
+  exif_focal.fields_init()
+      .field("focal_px", &io::ExifFocal::focal_px, "")
+      .field("sigma_share", &io::ExifFocal::sigma_share, "standard deviation of focal_px as a share of it")
+      .field("equivalent_mm", &io::ExifFocal::equivalent_mm, "of a picture of 36 x 24 mm; 0: not stated")
+      .field("focal_mm", &io::ExifFocal::focal_mm, "0: not stated")
+      .method("description", &io::ExifFocal::description, "\"28 mm equivalent\", \"6.5 mm\"");
+  function(m, "exif_focal", &io::exif_focal,
+           "None for a file without these numbers, of another format, or that cannot be read.",
+           py::arg("picture"));
+}
+
 }  // namespace
 
 void bind_io(py::module_& m) {
@@ -426,6 +440,7 @@ void bind_io(py::module_& m) {
   bind_files(m);
   bind_depth_files(m);
   bind_images(m);
+  bind_exif(m);
   bind_mesh_files(m);
   bind_marker_map_files(m);
   bind_rig_files(m);

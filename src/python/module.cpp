@@ -141,6 +141,8 @@ PYBIND11_MODULE(_procam, module) {
   bind_session(session);
   py::module_ scan = submodule(package, "scan", "The shape of a room, from structured light.");
   bind_scan(scan);
+  py::module_ room = submodule(package, "room", "A rig without a board, from structured light on a room.");
+  bind_room(room);
   py::module_ depth = submodule(package, "depth", "Planes in depth images.");
   bind_depth(depth);
   bind_depth_heights(depth);

@@ -144,7 +144,7 @@ void bind_prediction(py::module_& m) {
            "The numbers of the page's figures: points.csv, causes.csv and sweeps.csv.", py::arg("surfaces"));
 }
 
-void bind_room(py::module_& m) {
+void bind_room_surfaces(py::module_& m) {
   function(m, "to_json",
            py::overload_cast<const depth::Planes&, const depth::RoomSurfaces&, const depth::SensorKind&,
                              const depth::SensorCheck&>(&report::to_json),
@@ -198,6 +198,22 @@ void bind_scans(py::module_& m) {
            py::arg("scan"));
 }
 
+void bind_room_calibration(py::module_& m) {
+  Record<report::RoomReport> room_report(m, "RoomReport",
+                                         "A rig by a room's light, with what is known of its truth.");
+  room_report.fields_init()
+      .field("result", &report::RoomReport::result, "")
+      .field("deviations", &report::RoomReport::deviations, "from a true rig; none: unknown")
+      .field("seconds", &report::RoomReport::seconds, "of solving");
+  function(m, "to_json", py::overload_cast<const report::RoomReport&>(&report::to_json), "",
+           py::arg("report"));
+  function(m, "lines", py::overload_cast<const report::RoomReport&>(&report::lines), "", py::arg("report"));
+  function(m, "room_calibration_picture", &report::room_calibration_picture,
+           "The room from above and from the side: its points in the colours of their standard\n"
+           "deviation, cameras and projectors. RGB.",
+           py::arg("result"));
+}
+
 }  // namespace
 
 void bind_report(py::module_& m) {
@@ -206,9 +222,10 @@ void bind_report(py::module_& m) {
   bind_calibration(m);
   bind_plan(m);
   bind_prediction(m);
-  bind_room(m);
+  bind_room_surfaces(m);
   bind_verify(m);
   bind_scans(m);
+  bind_room_calibration(m);
 }
 
 }  // namespace procam::python

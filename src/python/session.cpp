@@ -244,7 +244,8 @@ void bind_single_reads(py::module_& m) {
       .field("projector", &session::CapturedLight::projector, "")
       .field("light", &session::CapturedLight::light, "")
       .field("flat_lit", &session::CapturedLight::flat_lit, "the same view under flat light")
-      .field("inputs", &session::CapturedLight::inputs, "");
+      .field("inputs", &session::CapturedLight::inputs, "")
+      .field("exif", &session::CapturedLight::exif, "of the first capture, or None");
 
   function(m, "read_light", &session::read_light,
            "Which projector pixel lights each camera pixel, of the view of that name or of the\n"

@@ -58,7 +58,7 @@ void bind_shapes(py::module_& m) {
              "corner to corner; nothing is there where its third number is not positive.");
 }
 
-void bind_room(py::module_& m) {
+void bind_bodies(py::module_& m) {
   Record<simulate::TriangleMesh> triangle_mesh(m, "TriangleMesh", "Triangles, both sides of which are seen.");
   triangle_mesh
       .init([](const Mesh& mesh) { return simulate::TriangleMesh(std::make_shared<const Mesh>(mesh)); },
@@ -411,6 +411,11 @@ void bind_scan_view(py::module_& m) {
   function(m, "room_from_rig", &simulate::room_from_rig,
            "Where the whole rig stands at a station of a room to scan.", py::arg("station"));
   function(m, "scan_scenes", &simulate::scan_scenes, "The names of the rooms to scan.");
+  function(m, "moved_camera", &simulate::moved_camera,
+           "Where somebody stands a camera for the views of calibrate_room: `view` 0 is where the\n"
+           "rig has it, the others are half a metre to its sides, above and below, and look at the\n"
+           "same part of the room.",
+           py::arg("rig_from_camera"), py::arg("view"));
   function(m, "scan_scene", &simulate::scan_scene,
            "In the frame of the rig's camera. Throws Error(kUnsupported) with the names there are.",
            py::arg("name"));
@@ -419,6 +424,11 @@ void bind_scan_view(py::module_& m) {
                              const std::vector<ImageU8>&>(&simulate::scan_view),
            "What the session's rig records while its projector shows `frames` on the room.",
            py::arg("session"), py::arg("room"), py::arg("frames"));
+  function(m, "scan_view",
+           py::overload_cast<const simulate::CaptureOptions&, const simulate::Room&, const RigCamera&,
+                             const RigProjector&, const std::vector<ImageU8>&>(&simulate::scan_view),
+           "The same by one camera and one projector of several.", py::arg("capture"), py::arg("room"),
+           py::arg("camera"), py::arg("projector"), py::arg("frames"));
 }
 
 void bind_marker_view(py::module_& m) {
@@ -486,7 +496,7 @@ void bind_preview(py::module_& m) {
 
 void bind_simulate_room(py::module_& m) {
   bind_shapes(m);
-  bind_room(m);
+  bind_bodies(m);
   bind_drive(m);
   bind_motion(m);
   bind_room_light(m);

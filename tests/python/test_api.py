@@ -6,7 +6,7 @@ import re
 
 import procam
 
-COMPONENTS = ("core", "pattern", "detect", "session", "calibrate", "surface", "render", "analyze", "track", "depth", "scan",
+COMPONENTS = ("core", "pattern", "detect", "session", "calibrate", "surface", "render", "analyze", "track", "depth", "scan", "room",
               "simulate", "io", "report")
 SOURCE = pathlib.Path(os.environ["PROCAM_SOURCE_DIR"])
 EXCEPTIONS = pathlib.Path(__file__).with_name("not_in_python.txt")

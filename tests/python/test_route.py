@@ -164,7 +164,7 @@ def test_real_captures_give_the_rig_of_the_tool_byte_for_byte(tools, tmp_path, e
         pytest.skip(f"no real captures in {captures}: set PROCAM_TEST_DATA")
     run = subprocess.run([tools / "calibrate-projector", "--captures", captures, "--pattern", "gray", "--projector-size", "1024x768",
                           "--board", "chessboard:7x9:75mm", "-o", tmp_path / "tool.json"], capture_output=True, check=False)
-    assert run.returncode == 5, run.stderr  # sound, but five boards of one tilt are imprecise
+    assert run.returncode == 0, run.stderr
     stated = procam.io.SessionInfo(pattern="gray", projector_size=procam.ImageSize(1024, 768),
                                    board=procam.io.read_board("chessboard:7x9:75mm"))
     contents = procam.session.read(procam.session.open(captures, procam.session.OpenOptions(stated=stated)))

@@ -1,5 +1,8 @@
 """The stages one by one: patterns, detection, poses in time, depth, simulation, files, patterns in Python."""
 
+import copy
+import json
+
 import numpy
 import pytest
 
@@ -305,3 +308,53 @@ def test_the_mount_of_a_rig_from_a_drive():
     assert abs(found.base_from_rig.pose.translation - true).max() < 0.01
     assert abs(found.time_offset - made.time_offset) < 0.01
     assert "<svg" in procam.report.mount_picture(found, data)
+
+
+def light_on(room, rig_camera, projector, capture, random):
+    """The light map that a camera at this place reads, with noise of 0.05 px."""
+    size = projector.projector.size()
+    white = numpy.full((size.height, size.width), 255, numpy.uint8)
+    seen = procam.simulate.scan_view(capture, room, rig_camera, projector, [white]).truth.light[0]
+    lit = seen.lit > 0
+    light = procam.LightMap()
+    light.projector_size = size
+    noise = random.normal(0, 0.05, seen.pixel.shape)
+    light.pixel = numpy.where(lit[..., None], seen.pixel + noise, 0).astype(numpy.float32)
+    light.sigma = numpy.where(lit[..., None], 0.05, 0).repeat(2, axis=2).astype(numpy.float32)
+    return light
+
+
+def test_a_rig_from_the_light_on_a_room():
+    room, simulate = procam.room, procam.simulate
+    session = simulate.make_session(simulate.Level.kPaper, 3)
+    rig, corner = session.rig(), simulate.scan_scene("corner")
+    projector = rig.projector()
+    capture = copy.copy(session.capture)
+    capture.samples_per_axis = 1
+    random, lights = numpy.random.default_rng(5), []
+    for view in (0, 1):
+        camera = copy.copy(rig.camera())
+        camera.rig_from_camera = simulate.moved_camera(camera.rig_from_camera, view)
+        lights.append(room.PositionLight("camera", f"view_{view}", "projector", light_on(corner, camera, projector, capture, random)))
+    points = room.room_points(lights, room.RoomPointsOptions(points_a_map=1500))
+    assert len(points.points) > 500 and len(points.positions) == 2
+    known = numpy.linalg.norm(rig.camera().rig_from_camera.translation - projector.rig_from_projector.translation)
+    options = room.RoomOptions(cameras={"camera": room.CameraLens(rig.camera().camera, sigma=0.0)},
+                               distances=[room.KnownDistance(devices=["camera", "projector"], length=known, sigma=1e-4)])
+    result = room.calibrate_room(points, options)
+    found = result.rig.projector().projector.inverse_camera.intrinsics
+    truth = projector.projector.inverse_camera.intrinsics
+    assert abs(found.fx / truth.fx - 1) < 2e-3 and abs(found.cy - truth.cy) < 4
+    # Fitted over 5 x 5 pixels.
+    assert 0.005 < result.rms_px < 0.02 and not result.planar and len(result.walls.points) == result.points
+    deviations = room.deviations(result.rig, rig)
+    assert {d.name for d in deviations} >= {"projector.fx", "projector.skew"}
+    # Of 16 numbers, one beyond 4.5 deviations once in 10^4 rigs.
+    assert max(abs(d.sigmas()) for d in deviations) < 4.5
+    report = procam.report.RoomReport(result, deviations, 1.0)
+    assert "held_out_px" in procam.report.to_json(report) and json.loads(procam.report.to_json(report))
+    assert any("projector" in line for line in procam.report.lines(report))
+    assert procam.report.room_calibration_picture(result).ndim == 3
+
+    with pytest.raises(ValueError, match="no known distance"):
+        room.calibrate_room(points, room.RoomOptions(cameras=options.cameras))

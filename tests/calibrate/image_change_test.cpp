@@ -110,6 +110,37 @@ TEST(ImageChangesOfTwoCameras, AreFound) {
   EXPECT_LT(off, 3 * predicted);
 }
 
+/// Nobody knows how the image of a held-out view has changed: its light is off by that, and the check expects it. The mean of
+/// 24 squares of a normal number is within 0.4 to 1.9 of its expectation in 99.9 %.
+TEST(ImageChangesOfHeldOutViews, AreExpected) {
+  NumericWorld world = NumericWorld::make_rig(12, 1370, 0.03, 0);
+  world.change_images(0.002, 2, 4);
+  Options options;
+  options.holdout = true;
+  const CalibrationResult result = calibrate_rig(world.with_projected_board(4), options);
+  const double expected = result.rig.quality.expected_holdout_px.at("projector");
+  EXPECT_GT(expected, 1.5);
+  EXPECT_GT(result.holdout_px[1], std::sqrt(0.4) * expected);
+  EXPECT_LT(result.holdout_px[1], std::sqrt(1.9) * expected);
+  for (const Gate& gate : result.rig.quality.gates)
+    EXPECT_TRUE(gate.passed) << gate.name << ": " << gate.detail;
+}
+
+/// A stated shape of the board says nothing of the camera.
+TEST(ImageChangesOfAStatedBoard, AreFound) {
+  for (const BoardShape shape : {BoardShape::kFlat, BoardShape::kFree}) {
+    NumericWorld world = NumericWorld::make_rig(10, 1380, 0.03, 0.03);
+    if (shape == BoardShape::kFree) world.bend_board();
+    world.change_images(0, 1, 2);
+    Options options;
+    options.board_shape = shape;
+    const CalibrationResult result = calibrate_rig(world.correspondences(2), options);
+    EXPECT_NEAR(result.image_changes[0].shift_rms_px, 1, 0.35) << int(shape);
+    EXPECT_EQ(result.shape.free, shape == BoardShape::kFree);
+    EXPECT_EQ(result.shape.flex_rms, 0);
+  }
+}
+
 /// Each view's own change, of a rig that is known well: half of the noise of a view with 60 points.
 TEST(ImageChangesOfViews, AreThoseOfTheWorld) {
   NumericWorld world = NumericWorld::make_rig(20, 1330, 0.02, 0.02);

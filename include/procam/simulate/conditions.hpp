@@ -73,10 +73,10 @@ struct Conditions {
   /// Metres by which the sheet rises half a metre from the print's middle, like a cylinder about an axis of any direction
   /// (core/geometry/bent_sheet.hpp).
   Range bend{0, 0, true};
-  double flex = 0;     ///< RMS of the rise that the sheet has anew in each view, as `bend`, metres
-  double refocus = 0;  ///< the camera focuses anew in each view: RMS of the change of its focal length, share
-  double stabiliser_px =
-      0;                   ///< RMS of its image's displacement anew in each view (image stabiliser), an axis
+  double flex = 0;  ///< RMS of the rise that the sheet has anew in each view, as `bend`, metres
+  /// The camera focuses anew in each view, or a stabiliser displaces its image: RMS of the change of its focal length, as a share,
+  /// and of the displacement, an axis.
+  double refocus = 0, stabiliser_px = 0;
   double print_scale = 1;  ///< true size of the print / size that the session states
 };
 

@@ -182,7 +182,8 @@ ShapedSolution with_variation(const ShapedSolution& fixed, const ShapeModel& sim
                               const ShapedSolution& flat, const Start& start, const Options& options) {
   std::optional<ShapedSolution> varying =
       varying_beside(fixed, simplest, may_vary(fixed, sheet), flat, start, options);
-  return varying ? std::move(*varying) : fixed;
+  if (!varying) return fixed;
+  return std::move(*varying);
 }
 
 }  // namespace

@@ -82,7 +82,11 @@ std::vector<double> expected_holdout(const Correspondences& data, const Solution
       add(moved);
     }
     if (solution.options.variation.any()) {
-      const MatX own = Eigen::LLT<MatX>(seen.views[v].own_covariance).matrixL();
+      const MatX& covariance = seen.views[v].own_covariance;
+      const VecX sigmas = covariance.diagonal().cwiseSqrt(), inverse = sigmas.cwiseInverse();
+      const Eigen::LLT<MatX> correlations(MatX(inverse.asDiagonal() * covariance * inverse.asDiagonal()));
+      if (correlations.info() != Eigen::Success) return std::vector<double>(data.devices.size(), 0);
+      const MatX own = sigmas.asDiagonal() * MatX(correlations.matrixL());
       for (Eigen::Index i = 0; i < own.cols(); ++i) {
         BundleState moved = state;
         move_view(moved, solution.options, v, own.col(i));

@@ -126,6 +126,7 @@ PYBIND11_MODULE(_procam, module) {
   py::module_ surface = submodule(package, "surface", "Surfaces to placements, blending and warps.");
   bind_surface(surface);
   py::module_ calibrate = submodule(package, "calibrate", "Correspondences to a rig.");
+  bind_calibrate_bundle(calibrate);
   bind_calibrate(calibrate);
   py::module_ render = submodule(package, "render", "Placements to frames.");
   bind_render(render);
@@ -136,6 +137,7 @@ PYBIND11_MODULE(_procam, module) {
       submodule(package, "simulate", "Simulated captures, rooms and robots, with their truth.");
   bind_simulate(simulate);
   bind_simulate_room(simulate);
+  bind_simulate_robot(simulate);
   py::module_ session = submodule(package, "session", "Folders of captures.");
   bind_session_views(session);
   bind_session(session);

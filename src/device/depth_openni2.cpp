@@ -65,17 +65,14 @@ class Openni2Depth : public DepthListener,
     try {
       open(uri, options);
     } catch (...) {
-      forget();
+      close();
       throw;
     }
     listen([this] { read(); });
   }
   ~Openni2Depth() override {
     end();
-    stream_.stop();
-    stream_.destroy();
-    device_.close();
-    forget();
+    close();
   }
 
  private:
@@ -174,7 +171,12 @@ class Openni2Depth : public DepthListener,
     return {std::move(units), arrival, 1e-6 * double(frame.getTimestamp()), unit};
   }
 
-  void forget() {
+  void close() {
+    // A recording is played on a thread of OpenNI2's own, which goes through the list of streams without a lock
+    // (OpenNI2 2.2, PlayerDevice::MainLoop): destroying a stream beside it crashes. Closing the device ends it.
+    if (device_.isValid() && device_.isFile()) device_.close();
+    stream_.destroy();
+    device_.close();
     openni::OpenNI::removeDeviceDisconnectedListener(this);
     openni::OpenNI::removeDeviceStateChangedListener(this);
   }

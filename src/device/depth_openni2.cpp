@@ -172,9 +172,10 @@ class Openni2Depth : public DepthListener,
   }
 
   void close() {
-    // A recording is played on a thread of OpenNI2's own, which goes through the list of streams without a lock
-    // (OpenNI2 2.2, PlayerDevice::MainLoop): destroying a stream beside it crashes. Closing the device ends it.
-    if (device_.isValid() && device_.isFile()) device_.close();
+    // OpenNI2's player of recordings (2.2, PlayerDevice::MainLoop) goes through its list of streams on a thread of its own,
+    // without a lock. At the end of a recording it does nothing else, and destroying a stream beside it crashes: there the
+    // device is closed first, which ends the thread. While pictures come, closing it first crashes: they outlive their buffers.
+    if (at_end_) device_.close();
     stream_.destroy();
     device_.close();
     openni::OpenNI::removeDeviceDisconnectedListener(this);

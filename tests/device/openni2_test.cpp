@@ -137,7 +137,11 @@ TEST(Openni2, PlaysARecording) {
     recorder.destroy();
     stream.destroy();
   }
-  const auto source = open_depth("openni2:" + file.string(), {ImageSize{320, 240}});
+  for (int i = 0; i < 5; ++i) {  // closed while its pictures come
+    const auto closed_early = open_depth("openni2:" + file.string(), {ImageSize{320, 240}});
+    ASSERT_TRUE(closed_early->next(0, 5));
+  }
+  auto source = open_depth("openni2:" + file.string(), {ImageSize{320, 240}});
   int count = 0, first = 0;
   double after = 0, last_stamp = -1;
   const auto play = [&] {
@@ -160,6 +164,15 @@ TEST(Openni2, PlaysARecording) {
   EXPECT_ERROR(play(), kDevice, "last picture");
   EXPECT_EQ(first % 10, (slope(0).at(200, 100) + 5) / 10 % 10);
   EXPECT_GE(count, kPictures - 1);
+  for (int i = 0; i < 5; ++i) {  // closed at its end
+    source.reset();
+    source = open_depth("openni2:" + file.string(), {ImageSize{320, 240}});
+    const auto to_end = [&] {
+      for (int k = 0; k < 100; ++k) source->next(now_s(), 0.05);
+    };
+    EXPECT_ERROR(to_end(), kDevice, "last picture");
+  }
+  source.reset();
   fs::remove(file);
 }
 

@@ -10,6 +10,7 @@
 #include "corner_fit.hpp"
 #include "corner_grid.hpp"
 #include "fit_verdict.hpp"
+#include "grid_neighbourhood.hpp"
 #include "procam/core/base/stats.hpp"
 
 namespace procam::detect {
@@ -62,32 +63,40 @@ void order_by_image(Grid& grid) {
   }
 }
 
-/// Position, direction and bending of the print at a corner, from its neighbours; one-sided at the rim.
-CornerNeighbourhood neighbourhood(const Grid& grid, int column, int row) {
-  CornerNeighbourhood around;
-  around.corner = grid.at(column, row);
-  const int c = std::clamp(column, 1, grid.columns - 2), r = std::clamp(row, 1, grid.rows - 2);
-  around.e_xx = grid.at(c - 1, row) - 2 * grid.at(c, row) + grid.at(c + 1, row);
-  around.e_yy = grid.at(column, r - 1) - 2 * grid.at(column, r) + grid.at(column, r + 1);
-  around.e_x = 0.5 * (grid.at(c + 1, row) - grid.at(c - 1, row)) + (column - c) * around.e_xx;
-  around.e_y = 0.5 * (grid.at(column, r + 1) - grid.at(column, r - 1)) + (row - r) * around.e_yy;
-  return around;
-}
-
 using Fits = std::vector<std::optional<CornerFit>>;
 
-/// `before`: earlier fits of the same corners, to start from.
-Fits fit_corners(const ViewU8& image, Grid& grid, double window_share, FitEffort effort,
-                 const Fits& before = {}) {
-  Fits fits;
-  for (int r = 0; r < grid.rows; ++r)
-    for (int c = 0; c < grid.columns; ++c) {
-      const bool known = !before.empty() && before[fits.size()];
-      fits.push_back(fit_corner(image, neighbourhood(grid, c, r), window_share, effort,
-                                known ? &*before[fits.size()] : nullptr));
-    }
+void move_to(const Fits& fits, Grid& grid) {
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (fits[i]) grid.points[i] = fits[i]->corner;
+}
+
+/// Calls fit(i, neighbourhood) for each corner. `known`: earlier fits, for the neighbourhoods' precision.
+template <typename Fit>
+Fits fit_each(const Grid& grid, const Fits& known, const Fit& fit) {
+  Fits fits;
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = 0; c < grid.columns; ++c)
+      fits.push_back(fit(fits.size(), neighbourhood_in_grid(grid, known, c, r)));
+  return fits;
+}
+
+Fits fit_quickly(const ViewU8& image, Grid& grid, double window_share) {
+  Fits fits = fit_each(grid, {}, [&](std::size_t, const CornerNeighbourhood& around) {
+    return fit_corner(image, around, window_share, FitEffort::kQuick);
+  });
+  move_to(fits, grid);
+  return fits;
+}
+
+/// Fits every corner and the bends of its edges, from the quick fits on. Where one of both fails, a full fit has
+/// the bends by the neighbours.
+Fits fit_precisely(const ViewU8& image, Grid& grid, double window_share, const Fits& quick) {
+  Fits fits = fit_each(grid, quick, [&](std::size_t i, const CornerNeighbourhood& around) {
+    std::optional<CornerFit> fit;
+    if (quick[i]) fit = fit_corner_and_bends(image, around, window_share, *quick[i]);
+    return fit ? fit : fit_corner(image, around, window_share);
+  });
+  move_to(fits, grid);
   return fits;
 }
 
@@ -96,21 +105,22 @@ Fits fit_corners(const ViewU8& image, Grid& grid, double window_share, FitEffort
 void fit_halos(const ViewU8& image, Grid& grid, double window_share, Fits& fits) {
   constexpr std::size_t kSample = 9;        // corners
   constexpr double kMaxResidualLeft = 0.8;  // of the residual without a halo
-  const auto fit = [&](std::size_t i) -> std::optional<CornerFit> {
-    const int column = int(i) % grid.columns, row = int(i) / grid.columns;
-    return fit_corner_with_halo(image, neighbourhood(grid, column, row), window_share,
-                                fits[i] ? &*fits[i] : nullptr);
+  const auto fit = [&](std::size_t i, const CornerNeighbourhood& around) {
+    return fit_corner_with_halo(image, around, window_share, fits[i] ? &*fits[i] : nullptr);
   };
   std::vector<double> left;
   const std::size_t stride = std::max<std::size_t>(1, fits.size() / kSample);
-  for (std::size_t i = 0; i < fits.size(); i += stride)
-    if (const auto with_halo = fit(i); with_halo && fits[i])
+  for (std::size_t i = 0; i < fits.size(); i += stride) {
+    const int column = int(i) % grid.columns, row = int(i) / grid.columns;
+    if (!fits[i]) continue;
+    if (const auto with_halo = fit(i, neighbourhood_in_grid(grid, fits, column, row)))
       left.push_back(with_halo->residual / fits[i]->residual);
+  }
   if (left.empty() || median(left) > kMaxResidualLeft) return;
+  const Fits with_halos = fit_each(grid, fits, fit);
   for (std::size_t i = 0; i < fits.size(); ++i)
-    if (const auto with_halo = fit(i)) fits[i] = with_halo;
-  for (std::size_t i = 0; i < fits.size(); ++i)
-    if (fits[i]) grid.points[i] = fits[i]->corner;
+    if (with_halos[i]) fits[i] = with_halos[i];
+  move_to(fits, grid);
 }
 
 /// Medians over the fitted corners. light_first is the contrast with the sign that a corner's place in the
@@ -190,7 +200,7 @@ LineBeyond line_beyond(const ViewU8& image, const Grid& grid, const Fits& fits, 
     if (nearest.empty()) continue;
     const double contrast = median_of(nearest, relative_contrast);
     around.min_contrast = kMinContrastBefore * contrast;
-    const auto fit = fit_corner(image, around, window_share, FitEffort::kGlance);
+    const auto fit = fit_corner(image, around, window_share, FitEffort::kQuick);
     if (!fit) continue;
     line.points.back() = fit->corner;
     if (relative_contrast(*fit) <= kMinContrast * contrast) continue;
@@ -234,8 +244,8 @@ std::optional<Grid> extended(const ViewU8& image, Grid grid, const Chessboard& b
   constexpr double kMinShare = 0.6;
   while (grid.columns < board.columns || grid.rows < board.rows) {
     Grid refined = grid;
-    fit_corners(image, refined, window_share, FitEffort::kRaster);
-    const Fits fits = fit_corners(image, refined, window_share, FitEffort::kRaster);
+    fit_quickly(image, refined, window_share);
+    const Fits fits = fit_quickly(image, refined, window_share);
     std::optional<Grid> best;
     double best_score = 0;
     for (const Rim::Side side : kSides) {
@@ -350,9 +360,9 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
     return result;
   }
   order_by_image(*grid);
-  // The second round has the first one's precise neighbours for the bending of the edges.
-  const Fits first_round = fit_corners(image, *grid, options.window_share, FitEffort::kRaster);
-  Fits fits = fit_corners(image, *grid, options.window_share, FitEffort::kFull, first_round);
+  // The second round has the first one's neighbours for the bending of the edges.
+  const Fits quick = fit_quickly(image, *grid, options.window_share);
+  Fits fits = fit_precisely(image, *grid, options.window_share, quick);
   fit_halos(image, *grid, options.window_share, fits);
   const PrintQuality print = print_quality(fits, board.columns);
   if (const auto found = larger_board(image, *grid, fits, options.window_share)) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "procam/core/base/cholesky.hpp"
@@ -14,15 +15,32 @@ namespace {
 
 using procam::detail::Float8;
 
-// Order of the parameters: corner, edge angles, blur, then the light that enters linearly, the halo last.
-enum { kX, kY, kAngleRow, kAngleColumn, kBlur, kA, kAx, kAy, kB, kBx, kBy, kHalo, kAllParameters };
-constexpr int kWithoutHalo = kHalo;
-using Parameters = Eigen::Matrix<double, kAllParameters, 1>;  // the halo is zero where it is not fitted
+// Order of the parameters: corner, edge angles, blur, then the light that enters linearly; the edges' bends and
+// the halo are fitted last, or not at all.
+enum {
+  kX,
+  kY,
+  kAngleRow,
+  kAngleColumn,
+  kBlur,
+  kA,
+  kAx,
+  kAy,
+  kB,
+  kBx,
+  kBy,
+  kBendRow,
+  kBendColumn,
+  kHalo,
+  kAllParameters
+};
+constexpr int kWithoutBends = kBendRow, kWithoutHalo = kHalo;
+using Parameters = Eigen::Matrix<double, kAllParameters, 1>;  // as given where they are not fitted
 /// Blur of the halo beside that of the edge, pixels: sharpening filters of cameras reach one to two pixels.
 constexpr double kHaloBlur = 1.5;
 constexpr float kWhite = 255, kBlack = 0;
 
-/// Pixels, eight by eight, as seen from one of them: in whole floats. The last one's copies fill up the last
+/// Pixels, eight by eight, as seen from one of them: in whole floats. Copies of their first fill up the last
 /// eight.
 class Samples {
  public:
@@ -34,12 +52,11 @@ class Samples {
   const Vec2& origin() const { return origin_; }
   void add(int x, int y, float grey) {
     const std::size_t lane = size_++ % Float8::kSize;
-    if (lane == 0) groups_.emplace_back();
-    for (std::size_t i = lane; i < Float8::kSize; ++i) {
-      groups_.back().x[i] = float(x - origin_.x());
-      groups_.back().y[i] = float(y - origin_.y());
-      groups_.back().grey[i] = grey;
-    }
+    const float from_x = float(x - origin_.x()), from_y = float(y - origin_.y());
+    if (lane == 0) groups_.push_back({from_x, from_y, grey});
+    groups_.back().x[lane] = from_x;
+    groups_.back().y[lane] = from_y;
+    groups_.back().grey[lane] = grey;
   }
   std::size_t size() const { return size_; }
   const std::vector<Group>& groups() const { return groups_; }
@@ -59,8 +76,54 @@ class Samples {
 /// Which pixels of a window are taken. A window of many pixels is almost all flat: there a few pixels tell
 /// the light as well as all of them, while every pixel near an edge carries information.
 struct Sampling {
-  int stride = 1;   ///< of the pixels, both ways
+  int every = 1;    ///< of so many pixels one is taken
   double band = 0;  ///< pixels closer to an edge than this are all taken
+
+  double spacing() const { return std::sqrt(every); }
+};
+
+/// Takes the pixels of a lattice that no line of pixels avoids: an edge along the rows or the columns has samples at
+/// all distances. With (x, y) it takes (x + every, y) and (x - shift, y + 1).
+struct Lattice {
+  int every, shift;
+
+  /// A shift of the golden section spreads the points evenly.
+  explicit Lattice(int of) : every(of), shift(std::max(1, int(std::lround(0.618 * of)))) {
+    while (std::gcd(shift, every) > 1) ++shift;
+  }
+  bool has(int x, int y) const { return (x + shift * y) % every == 0; }
+  /// The first x from `from` on, in row y.
+  int first(int from, int y) const {
+    const int beyond = (from + shift * y) % every;
+    return beyond == 0 ? from : from + every - beyond;
+  }
+};
+
+/// Pixels of a row.
+struct Span {
+  int first, last;
+  bool has(int x) const { return x >= first && x <= last; }
+};
+
+/// The pixels where |gradient . (pixel - corner)| is `most` at most.
+class Strip {
+ public:
+  Strip(const Vec2& gradient, const Vec2& corner, double most) : corner_(corner) {
+    constexpr double kFlat = 1e-12;
+    const double slope = std::max({std::abs(gradient.x()), most / kFar, kFlat});
+    along_ = -gradient.y() / std::copysign(slope, gradient.x());
+    half_ = most / slope;
+  }
+  Span in_row(int y) const {
+    const double centre = corner_.x() + along_ * (y - corner_.y());
+    return {int(std::ceil(std::clamp(centre - half_, -kFar, kFar))),
+            int(std::floor(std::clamp(centre + half_, -kFar, kFar)))};
+  }
+
+ private:
+  static constexpr double kFar = 1e9;
+  Vec2 corner_;
+  double along_, half_;
 };
 
 /// The window within `share` squares of the corner along both grid directions (at least two pixels).
@@ -82,30 +145,38 @@ struct Window {
   bool usable(const ViewU8& image) const {
     return std::abs(det) >= 1 && x0 >= 0 && y0 >= 0 && x1 < image.width && y1 < image.height;
   }
+  double square() const { return std::min(around.e_x.norm(), around.e_y.norm()); }
   /// Of the whole parallelogram.
   double pixels() const { return 4 * std::abs(det) * share_x * share_y; }
 
   Samples samples(const ViewU8& image, const Sampling& sampling) const {
-    const double length_x = around.e_x.norm(), length_y = around.e_y.norm();
+    // (a, b): squares away along both grid directions. Across an edge a pixel is nearer than along the other direction:
+    // the band is not narrower than stated.
     const Vec2 a_by(around.e_y.y() / det, -around.e_y.x() / det),
         b_by(-around.e_x.y() / det, around.e_x.x() / det);
+    const auto with_a = [&](double most) { return Strip(a_by, around.corner, most); };
+    const auto with_b = [&](double most) { return Strip(b_by, around.corner, most); };
+    const Strip inside_a = with_a(share_x), inside_b = with_b(share_y);
+    const Strip clear_a = with_a(around.clear), clear_b = with_b(around.clear);
+    const Strip edge_a = with_a(sampling.band / around.e_x.norm()),
+                edge_b = with_b(sampling.band / around.e_y.norm());
     Samples all(around.corner);
-    const auto first = [&](int from) {
-      return from + (sampling.stride - from % sampling.stride) % sampling.stride;
-    };
+    const Lattice lattice(sampling.every);
     for (int y = y0; y <= y1; ++y) {
-      const bool raster_row = y % sampling.stride == 0;
-      if (!raster_row && sampling.band <= 0) continue;
-      const int step = sampling.band <= 0 ? sampling.stride : 1;
-      const double dy = y - around.corner.y();
-      for (int x = step == 1 ? x0 : first(x0); x <= x1; x += step) {
-        const double dx = x - around.corner.x();
-        const double a = std::abs(dx * a_by.x() + dy * a_by.y()), b = std::abs(dx * b_by.x() + dy * b_by.y());
-        if (a > share_x || b > share_y || std::min(a, b) > around.clear) continue;
-        const bool on_raster = raster_row && x % sampling.stride == 0;
-        // Along a grid direction, so farther than across the edge: the band is not narrower than stated.
-        const bool near_edge = std::min(a * length_x, b * length_y) <= sampling.band;
-        if (on_raster || near_edge) all.add(x, y, image.at(x, y));
+      const Span in_a = inside_a.in_row(y), in_b = inside_b.in_row(y);
+      const Span seen[] = {clear_a.in_row(y), clear_b.in_row(y)};
+      const Span edges[] = {edge_a.in_row(y), edge_b.in_row(y)};
+      const auto within = [](const Span(&either)[2], int x) { return either[0].has(x) || either[1].has(x); };
+      const int last = std::min({x1, in_a.last, in_b.last});
+      int x = std::max({x0, in_a.first, in_b.first}), on_lattice = lattice.first(x, y);
+      while (x <= last) {
+        if ((x == on_lattice || within(edges, x)) && within(seen, x)) all.add(x, y, image.at(x, y));
+        if (x == on_lattice) on_lattice += sampling.every;
+        if (within(edges, ++x)) continue;
+        int next = on_lattice;
+        for (const Span& edge : edges)
+          if (edge.first > x) next = std::min(next, edge.first);
+        x = next;
       }
     }
     return all;
@@ -119,13 +190,13 @@ struct Edge {
   Edge(double angle, double b)
       : cosine(float(std::cos(angle))), sine(float(std::sin(angle))), bend(float(b)) {}
   struct Value {
-    Float8 distance, by_dx, by_dy, by_angle;
+    Float8 distance, by_dx, by_dy, by_angle, by_bend;
   };
   PROCAM_ALWAYS_INLINE Value at(const Float8& dx, const Float8& dy) const {
     const Float8 along = cosine * dx + sine * dy, across = cosine * dy - sine * dx;
     const Float8 bent = bend * along;
     return {across - 0.5f * bent * along, -sine - bent * cosine, cosine - bent * sine,
-            -1 * along - bent * across};
+            -1 * along - bent * across, -0.5f * along * along};
   }
 };
 
@@ -137,6 +208,10 @@ double angle_of(const Vec2& v) {
 double bend_of(const Vec2& e, const Vec2& e2) {
   const double length = e.norm();
   return (e.x() * e2.y() - e.y() * e2.x()) / (length * length * length);
+}
+
+Vec2 bends_of(const CornerNeighbourhood& around) {
+  return {bend_of(around.e_x, around.e_xx), bend_of(around.e_y, around.e_yy)};
 }
 
 /// exp(-z) for z >= 0, to 2e-7 of it down to e^-60: 2^n exp(r), |r| <= ln(2) / 2, by the series of exp(r).
@@ -168,15 +243,21 @@ struct Step {
   }
 };
 
+/// The edges' bends as the neighbours have them: mean, and the weight of a squared deviation beside the squared
+/// residuals of the pixels.
+struct BendPrior {
+  Vec2 mean = Vec2::Zero(), weight = Vec2::Zero();
+};
+
 /// With the first kParameters of the parameters.
 template <int kParameters>
 struct Model {
   using Normal = Eigen::Matrix<double, kParameters, kParameters>;
   using Gradient = Eigen::Matrix<double, kParameters, 1>;
-  static constexpr bool kHasHalo = kParameters > kHalo;
+  static constexpr bool kHasBends = kParameters > kBendColumn, kHasHalo = kParameters > kHalo;
 
   const Samples& samples;
-  double bend_row, bend_column;
+  BendPrior prior;
 
   /// Sum of squared residuals; fills the normal equations.
   double evaluate(const Parameters& p, Normal& jtj, Gradient& jtr) const;
@@ -191,7 +272,7 @@ struct Model {
     Float8 rows[kRows][kAtOnce];
     for (int empty = kParameters + 1; empty < kRows; ++empty)
       for (Float8& lanes : rows[empty]) lanes = 0;
-    const Edge row(p[kAngleRow], bend_row), column(p[kAngleColumn], bend_column);
+    const Edge row(p[kAngleRow], p[kBendRow]), column(p[kAngleColumn], p[kBendColumn]);
     const std::vector<Samples::Group>& groups = samples.groups();
     for (std::size_t begin = 0; begin < groups.size(); begin += kAtOnce) {
       const std::size_t count = std::min(kAtOnce, groups.size() - begin);
@@ -248,6 +329,10 @@ struct Model {
     out[kB][g] = both;
     out[kBx][g] = both * dx;
     out[kBy][g] = both * dy;
+    if constexpr (kHasBends) {
+      out[kBendRow][g] = dr * r.by_bend;
+      out[kBendColumn][g] = dc * c.by_bend;
+    }
     out[kParameters][g] = value - s.grey;
     // A clipped pixel says that the light is no less (no more) than it shows.
     const Float8 kept = Float8::Native(((s.grey.lanes >= kWhite) & (value.lanes > s.grey.lanes)) |
@@ -310,19 +395,29 @@ double Model<kParameters>::evaluate(const Parameters& p, Normal& jtj, Gradient& 
     for (int j = 0; j <= i; ++j) jtj(i, j) = jtj(j, i) = products[i][j];
     jtr[i] = products[kParameters][i];
   }
-  return products[kParameters][kParameters];
+  double sum = products[kParameters][kParameters];
+  if constexpr (kHasBends)
+    for (int i = 0; i < 2; ++i) {
+      const double off = p[kBendRow + i] - prior.mean[i];
+      jtj(kBendRow + i, kBendRow + i) += prior.weight[i];
+      jtr[kBendRow + i] += prior.weight[i] * off;
+      sum += prior.weight[i] * off * off;
+    }
+  return sum;
 }
 
 /// Starts the light: a and b by least squares for the first corner and blur.
-Parameters first_guess(const Model<kWithoutHalo>& model, const CornerNeighbourhood& around) {
+Parameters first_guess(const Samples& samples, const CornerNeighbourhood& around) {
+  const Model<kWithoutBends> model{samples, {}};
   Parameters p = Parameters::Zero();
   p.head<2>() = around.corner;
   p[kAngleRow] = angle_of(around.e_x);
   p[kAngleColumn] = angle_of(around.e_y);
+  p.segment<2>(kBendRow) = bends_of(around);
   p[kBlur] = 1;
   p[kB] = 1;
-  Model<kWithoutHalo>::Normal jtj;
-  Model<kWithoutHalo>::Gradient jtr;
+  Model<kWithoutBends>::Normal jtj;
+  Model<kWithoutBends>::Gradient jtr;
   model.evaluate(p, jtj, jtr);
   Mat2 n;
   n << jtj(kA, kA), jtj(kB, kA), jtj(kB, kA), jtj(kB, kB);
@@ -341,9 +436,11 @@ struct Fitted {
 };
 struct Patience {
   int iterations;
-  double step;     ///< of the corner, that ends them, pixels
+  double step;     ///< of the corner, that ends them where the sum falls no more, pixels
   double damping;  ///< of the first, relative to the diagonal
 };
+constexpr double kSmallStep = 1e-4;      // of the corner, pixels
+constexpr double kSmallDecrease = 1e-3;  // of the sum
 template <int kParameters>
 std::optional<Fitted<kParameters>> descend(const Model<kParameters>& model, const Parameters& start,
                                            double square, const Patience& patience) {
@@ -361,8 +458,11 @@ std::optional<Fitted<kParameters>> descend(const Model<kParameters>& model, cons
     Gradient trial_jtr;
     trial.p.template head<kParameters>() += step;
     trial.p[kBlur] = std::clamp(trial.p[kBlur], 0.2, 0.5 * square);
-    // The last step changes neither the sum nor the normal equations by what matters.
-    if (step.template head<2>().norm() < patience.step) return trial;
+    // The last step changes neither the sum nor the normal equations by what matters. A damped one is small
+    // anywhere.
+    const double undamped = (1 + damping) * step.template head<2>().norm(), decrease = -step.dot(jtr);
+    if (undamped < kSmallStep || (undamped < patience.step && decrease < kSmallDecrease * at.sum))
+      return trial;
     trial.sum = model.evaluate(trial.p, trial.jtj, trial_jtr);
     // A sum of floats is known to a millionth.
     if (trial.sum <= at.sum * (1 + 1e-6)) {
@@ -379,12 +479,13 @@ std::optional<Fitted<kParameters>> descend(const Model<kParameters>& model, cons
   return std::nullopt;
 }
 
-/// From this many pixels on a window is fitted on a raster first, then on its edges.
-constexpr double kManyPixels = 1600;
-constexpr double kRasterPixels = 700;
-/// The same where the question is whether there is a crossing.
-constexpr double kManyForGlance = 600, kPixelsForGlance = 300;
-constexpr Patience kQuick{15, 1e-3, 1e-3}, kPatient{50, 1e-4, 1e-3};
+/// A quick fit of a window of many pixels takes a raster of about so many. A full fit takes its edges besides.
+struct Raster {
+  double many, pixels;
+};
+constexpr Raster kQuickRaster{600, 300}, kFullRaster{1600, 700};
+/// A further fit starts near the minimum: there a step is that of Gauss and Newton.
+constexpr Patience kQuick{15, 1e-2, 1e-3}, kPatient{50, 1e-4, 1e-3}, kFurther{50, 1e-3, 1e-7};
 /// Float8 sigmas of the blur from the edge nothing is left of it; the start may be `off` pixels off.
 double band_of(const Parameters& p, double off) {
   return 4 * p[kBlur] + off;
@@ -418,80 +519,88 @@ std::optional<CornerFit> judged(const Fitted<kParameters>& fitted, const CornerN
 }
 
 /// Which of a large window's pixels a fit takes.
-Sampling sampling_of(const Window& window, bool glance) {
+Sampling sampling_of(const Window& window, const Raster& raster) {
   Sampling sampling;
-  if (window.pixels() > (glance ? kManyForGlance : kManyPixels))
-    sampling.stride =
-        int(std::ceil(std::sqrt(window.pixels() / (glance ? kPixelsForGlance : kRasterPixels))));
+  if (window.pixels() > raster.many) sampling.every = int(std::ceil(window.pixels() / raster.pixels));
   return sampling;
 }
-/// Near the minimum a step is that of Gauss and Newton.
-constexpr double kHardlyDamped = 1e-7;
+/// A pixel's variance is that of the residuals of the fit `before`, or that of rounding.
+BendPrior prior_of(const CornerNeighbourhood& around, const CornerFit* before) {
+  const double residual = before != nullptr ? before->residual : 0,
+               variance = std::max(residual * residual, 1. / 12);
+  // Of a bend: the second derivative across the edge by the square's length squared.
+  const auto weight = [&](const Vec2& e, double sigma) {
+    return variance * std::pow(e.squaredNorm() / std::max(sigma, 1e-4), 2);
+  };
+  return {bends_of(around), {weight(around.e_x, around.sigma_xx), weight(around.e_y, around.sigma_yy)}};
+}
+
+/// With the bends as given.
+std::optional<CornerFit> fit_anew(const ViewU8& image, const Window& window, FitEffort effort) {
+  const CornerNeighbourhood& around = window.around;
+  const bool quick = effort == FitEffort::kQuick;
+  const Patience& patience = quick ? kQuick : kPatient;
+  Sampling sampling = sampling_of(window, quick ? kQuickRaster : kFullRaster);
+  Samples samples = window.samples(image, sampling);
+  const Model<kWithoutBends> model{samples, {}};
+  if (samples.size() < 2 * kWithoutBends) return std::nullopt;
+  const Parameters start = first_guess(samples, around);
+  if (2 * std::abs(start[kB]) < around.min_contrast * start[kA]) return std::nullopt;
+  auto fitted = descend(model, start, window.square(), patience);
+  const bool on_raster = sampling.every > 1;
+  if (fitted && on_raster && !quick) {
+    sampling.band = band_of(fitted->p, sampling.spacing());
+    samples = window.samples(image, sampling);
+    fitted = descend(model, fitted->p, window.square(), kFurther);
+  }
+  // Of an edge much sharper than the raster's step the raster has too few pixels: its fit may not converge,
+  // or end beside the edge, where every pixel of the window is needed.
+  if (!fitted && on_raster) {
+    samples = window.samples(image, {});
+    fitted = descend(model, first_guess(samples, around), window.square(), patience);
+  }
+  return fitted ? judged(*fitted, around, window.square()) : std::nullopt;
+}
+
+/// With the first kParameters, the bends among them: from the fit `before` on, or anew where there is none. The
+/// light's last term reaches `reach` pixels farther than the edges' blur.
+template <int kParameters>
+std::optional<CornerFit> fit_bends(const ViewU8& image, const Window& window, const CornerFit* before,
+                                   double reach) {
+  Sampling sampling = sampling_of(window, kFullRaster);
+  if (before == nullptr)
+    sampling = {};
+  else if (sampling.every > 1)
+    sampling.band = band_of(before->parameters, 1) + reach;
+  const Samples samples = window.samples(image, sampling);
+  if (samples.size() < 2 * kParameters) return std::nullopt;
+  const BendPrior prior = prior_of(window.around, before);
+  Parameters start = before != nullptr ? before->parameters : first_guess(samples, window.around);
+  start.segment<2>(kBendRow) = prior.mean;
+  const auto fitted = descend(Model<kParameters>{samples, prior}, start, window.square(),
+                              before != nullptr ? kFurther : kPatient);
+  return fitted ? judged(*fitted, window.around, window.square()) : std::nullopt;
+}
 
 }  // namespace
+
+std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
+                                    double window_share, FitEffort effort) {
+  const Window window(around, window_share);
+  return window.usable(image) ? fit_anew(image, window, effort) : std::nullopt;
+}
+
+std::optional<CornerFit> fit_corner_and_bends(const ViewU8& image, const CornerNeighbourhood& around,
+                                              double window_share, const CornerFit& before) {
+  const Window window(around, window_share);
+  return window.usable(image) ? fit_bends<kWithoutHalo>(image, window, &before, 0) : std::nullopt;
+}
 
 std::optional<CornerFit> fit_corner_with_halo(const ViewU8& image, const CornerNeighbourhood& around,
                                               double window_share, const CornerFit* before) {
   const Window window(around, window_share);
-  if (!window.usable(image)) return std::nullopt;
-  const double square = std::min(around.e_x.norm(), around.e_y.norm());
-  Sampling sampling = sampling_of(window, false);
-  if (sampling.stride > 1 && before != nullptr)
-    sampling.band = band_of(before->parameters, 1) + 4 * kHaloBlur;
-  else
-    sampling = {};
-  const Samples samples = window.samples(image, sampling);
-  if (samples.size() < 2 * kAllParameters) return std::nullopt;
-  const double bend_row = bend_of(around.e_x, around.e_xx), bend_column = bend_of(around.e_y, around.e_yy);
-  const Parameters start = before != nullptr
-                               ? before->parameters
-                               : first_guess(Model<kWithoutHalo>{samples, bend_row, bend_column}, around);
-  const double damping = before != nullptr ? kHardlyDamped : kPatient.damping;
-  const auto fitted = descend(Model<kAllParameters>{samples, bend_row, bend_column}, start, square,
-                              {kPatient.iterations, kPatient.step, damping});
-  return fitted ? judged(*fitted, around, square) : std::nullopt;
-}
-
-std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
-                                    double window_share, FitEffort effort, const CornerFit* before) {
-  const Window window(around, window_share);
-  if (!window.usable(image)) return std::nullopt;
-  const double square = std::min(around.e_x.norm(), around.e_y.norm());
-  const double bend_row = bend_of(around.e_x, around.e_xx), bend_column = bend_of(around.e_y, around.e_yy);
-  const bool quick = effort != FitEffort::kFull, glance = effort == FitEffort::kGlance;
-  const Patience& patience = quick ? kQuick : kPatient;
-  Sampling sampling = sampling_of(window, glance);
-  Samples samples;
-  std::optional<Fitted<kWithoutHalo>> fitted;
-  const auto fit_to_edges = [&](const Parameters& start, double off) {
-    if (sampling.stride > 1) sampling.band = band_of(start, off);
-    samples = window.samples(image, sampling);
-    if (samples.size() >= 2 * kWithoutHalo)
-      fitted = descend(Model<kWithoutHalo>{samples, bend_row, bend_column}, start, square,
-                       {patience.iterations, patience.step, kHardlyDamped});
-    else
-      fitted.reset();
-  };
-  if (before != nullptr && !quick) {
-    fit_to_edges(before->parameters, 1);
-  } else {
-    samples = window.samples(image, sampling);
-    if (samples.size() < 2 * kWithoutHalo) return std::nullopt;
-    const Model<kWithoutHalo> model{samples, bend_row, bend_column};
-    const Parameters start = first_guess(model, around);
-    if (2 * std::abs(start[kB]) < around.min_contrast * start[kA]) return std::nullopt;
-    fitted = descend(model, start, square, patience);
-    if (fitted && sampling.stride > 1 && !quick) fit_to_edges(fitted->p, sampling.stride);
-  }
-  // Of an edge much sharper than the raster's step the raster has too few pixels: its fit may not converge,
-  // or end beside the edge, where every pixel of the window is needed.
-  if (!fitted && (sampling.stride > 1 || before != nullptr)) {
-    samples = window.samples(image, {});
-    if (samples.size() < 2 * kWithoutHalo) return std::nullopt;
-    const Model<kWithoutHalo> model{samples, bend_row, bend_column};
-    fitted = descend(model, first_guess(model, around), square, patience);
-  }
-  return fitted ? judged(*fitted, around, square) : std::nullopt;
+  return window.usable(image) ? fit_bends<kAllParameters>(image, window, before, 4 * kHaloBlur)
+                              : std::nullopt;
 }
 
 }  // namespace procam::detect

@@ -51,7 +51,9 @@ inline double reflectance(const BoardScene& scene, double x, double y) {
 inline ImageU8 render(const BoardScene& scene) {
   const ImageSize size = scene.camera.size;
   const Pose board_from_camera = scene.camera_from_board.inverse();
-  constexpr int kFine = 8;  // samples a pixel and axis
+  // Samples a pixel: a lattice in which no two share a column or a row, or else an edge along the pixels would be off by
+  // a part of their distance.
+  constexpr int kSamples = 64, kShift = 27;
   cv::Mat light(size.height, size.width, CV_32F);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
@@ -61,18 +63,17 @@ inline ImageU8 render(const BoardScene& scene) {
       for (int j = 0; j < 2; ++j)
         for (int i = 0; i < 2; ++i)
           ray[j][i] = board_from_camera.rotation * *scene.camera.unproject(Vec2(x - 0.5 + i, y - 0.5 + j));
-      for (int j = 0; j < kFine; ++j)
-        for (int i = 0; i < kFine; ++i) {
-          const double u = (i + 0.5) / kFine, v = (j + 0.5) / kFine;
-          const Vec3 d =
-              (1 - v) * ((1 - u) * ray[0][0] + u * ray[0][1]) + v * ((1 - u) * ray[1][0] + u * ray[1][1]);
-          const double depth = -board_from_camera.translation.z() / d.z();
-          const Vec3 p = board_from_camera.translation + depth * d;
-          sum += reflectance(scene, p.x(), p.y());
-        }
+      for (int i = 0; i < kSamples; ++i) {
+        const double u = (i + 0.5) / kSamples, v = (i * kShift % kSamples + 0.5) / kSamples;
+        const Vec3 d =
+            (1 - v) * ((1 - u) * ray[0][0] + u * ray[0][1]) + v * ((1 - u) * ray[1][0] + u * ray[1][1]);
+        const double depth = -board_from_camera.translation.z() / d.z();
+        const Vec3 p = board_from_camera.translation + depth * d;
+        sum += reflectance(scene, p.x(), p.y());
+      }
       // A lamp to the upper left: light falls off by a third across the picture.
       const double lamp = 1 - 0.25 * x / size.width - 0.15 * y / size.height;
-      light.at<float>(y, x) = float(215 * lamp * sum / (kFine * kFine));
+      light.at<float>(y, x) = float(215 * lamp * sum / kSamples);
     }
   if (scene.blur_px > 0) cv::GaussianBlur(light, light, cv::Size(), scene.blur_px);
   std::mt19937 random(scene.seed);

@@ -10,7 +10,12 @@
 /// window that follows the square's size; the corner's covariance is (J^T J)^-1 scaled by the fit's own
 /// residual. A pixel at full scale or at zero counts only where the model is inside the range.
 ///
-/// Where a sample of the corners shows that the camera sharpens, all are fitted with a twelfth parameter c, for the
+/// Lens and perspective bend the edges: n . d becomes n . d - k t^2 / 2, t along the edge. The two curvatures k are fitted
+/// too, with a Gaussian prior from the neighbouring corners: the second difference of three corners in a line, and
+/// its standard deviation by theirs. At the grid's rim, where that difference belongs to the next corner, the
+/// prior is as wide as the change from there to the next but one.
+///
+/// Where a sample of the corners shows that the camera sharpens, all are fitted with one more parameter c, for the
 /// halo beside the edges: b is replaced by b - c, and c times the same product with a blur of
 /// sqrt(s^2 + (1.5 px)^2) is added.
 ///

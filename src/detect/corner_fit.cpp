@@ -126,24 +126,34 @@ class Strip {
   double along_, half_;
 };
 
-/// The window within `share` squares of the corner along both grid directions (at least two pixels).
+/// Half a window along a grid direction, pixels, and how much of a window the image must leave.
+constexpr double kMinPixels = 2.5, kMinPart = 0.5;
+
+/// The window within `share` squares of the corner along both grid directions, at least two pixels. Near the image's rim
+/// it is as much smaller as fits: a window that ends at the rim would not be symmetric about the corner, so that errors of
+/// the model would move it.
 struct Window {
   const CornerNeighbourhood& around;
   double share_x, share_y, det;
   int x0, x1, y0, y1;
+  bool usable;
 
-  Window(const CornerNeighbourhood& of, double share)
+  Window(const CornerNeighbourhood& of, double share, const ViewU8& image)
       : around(of),
-        share_x(std::max(share, 2.5 / of.e_x.norm())),
-        share_y(std::max(share, 2.5 / of.e_y.norm())),
+        share_x(std::max(share, kMinPixels / of.e_x.norm())),
+        share_y(std::max(share, kMinPixels / of.e_y.norm())),
         det(of.e_x.x() * of.e_y.y() - of.e_x.y() * of.e_y.x()) {
-    const double half_w = std::abs(of.e_x.x()) * share_x + std::abs(of.e_y.x()) * share_y;
-    const double half_h = std::abs(of.e_x.y()) * share_x + std::abs(of.e_y.y()) * share_y;
-    x0 = int(std::ceil(of.corner.x() - half_w)), x1 = int(std::floor(of.corner.x() + half_w));
-    y0 = int(std::ceil(of.corner.y() - half_h)), y1 = int(std::floor(of.corner.y() + half_h));
-  }
-  bool usable(const ViewU8& image) const {
-    return std::abs(det) >= 1 && x0 >= 0 && y0 >= 0 && x1 < image.width && y1 < image.height;
+    const Vec2 half(std::abs(of.e_x.x()) * share_x + std::abs(of.e_y.x()) * share_y,
+                    std::abs(of.e_x.y()) * share_x + std::abs(of.e_y.y()) * share_y);
+    const Vec2 room = of.corner.cwiseMin(Vec2(image.width - 1, image.height - 1) - of.corner);
+    const double part = std::min(1.0, (room.array() / half.array()).minCoeff());
+    share_x *= part, share_y *= part;
+    x0 = int(std::ceil(of.corner.x() - part * half.x())),
+    x1 = int(std::floor(of.corner.x() + part * half.x()));
+    y0 = int(std::ceil(of.corner.y() - part * half.y())),
+    y1 = int(std::floor(of.corner.y() + part * half.y()));
+    const double least = std::min(share_x * of.e_x.norm(), share_y * of.e_y.norm());
+    usable = std::abs(det) >= 1 && (part == 1 || (part >= kMinPart && least >= kMinPixels));
   }
   double square() const { return std::min(around.e_x.norm(), around.e_y.norm()); }
   /// Of the whole parallelogram.
@@ -586,21 +596,20 @@ std::optional<CornerFit> fit_bends(const ViewU8& image, const Window& window, co
 
 std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
                                     double window_share, FitEffort effort) {
-  const Window window(around, window_share);
-  return window.usable(image) ? fit_anew(image, window, effort) : std::nullopt;
+  const Window window(around, window_share, image);
+  return window.usable ? fit_anew(image, window, effort) : std::nullopt;
 }
 
 std::optional<CornerFit> fit_corner_and_bends(const ViewU8& image, const CornerNeighbourhood& around,
                                               double window_share, const CornerFit& before) {
-  const Window window(around, window_share);
-  return window.usable(image) ? fit_bends<kWithoutHalo>(image, window, &before, 0) : std::nullopt;
+  const Window window(around, window_share, image);
+  return window.usable ? fit_bends<kWithoutHalo>(image, window, &before, 0) : std::nullopt;
 }
 
 std::optional<CornerFit> fit_corner_with_halo(const ViewU8& image, const CornerNeighbourhood& around,
                                               double window_share, const CornerFit* before) {
-  const Window window(around, window_share);
-  return window.usable(image) ? fit_bends<kAllParameters>(image, window, before, 4 * kHaloBlur)
-                              : std::nullopt;
+  const Window window(around, window_share, image);
+  return window.usable ? fit_bends<kAllParameters>(image, window, before, 4 * kHaloBlur) : std::nullopt;
 }
 
 }  // namespace procam::detect

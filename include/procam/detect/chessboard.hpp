@@ -7,8 +7,8 @@
 /// with unit edge normals n1, n2 and blur s: light that changes linearly over the window (a, g_a, b, g_b)
 /// moves nothing, and the model is point-symmetric about the corner like the blurred print is, so a wrong
 /// blur shape or ink spread does not move it either. The 11 parameters are fitted by Gauss-Newton over a
-/// window that follows the square's size; the corner's covariance is (J^T J)^-1 scaled by the fit's own
-/// residual. A pixel at full scale or at zero counts only where the model is inside the range.
+/// window that follows the square's size, and is down to half as wide near the image's rim; the corner's covariance is
+/// (J^T J)^-1 scaled by the fit's own residual. A pixel at full scale or at zero counts only where the model is inside the range.
 ///
 /// Lens and perspective bend the edges: n . d becomes n . d - k t^2 / 2, t along the edge. The two curvatures k are fitted
 /// too, with a Gaussian prior from the neighbouring corners: the second difference of three corners in a line, and

@@ -127,7 +127,7 @@ class Strip {
 };
 
 /// Half a window along a grid direction, pixels, and how much of a window the image must leave.
-constexpr double kMinPixels = 2.5, kMinPart = 0.5;
+constexpr double kMinPixels = 2.5, kMinPart = 0.4;
 
 /// The window within `share` squares of the corner along both grid directions, at least two pixels. Near the image's rim
 /// it is as much smaller as fits: a window that ends at the rim would not be symmetric about the corner, so that errors of

@@ -131,7 +131,7 @@ TEST(Chessboard, WithFewLargeSquaresUnderAWideLensHasItsRimAsRightAsItsSigma) {
 
 TEST(Chessboard, ACornerAtTheImageRimDoesNotPullItsNeighbours) {
   // The first corner lies 1 px outside the image: its position is known from the search alone, and bends by it would move
-  // the neighbours by 0.02 px and more. The second, 13.6 px inside, has half a window.
+  // the neighbours by 0.02 px and more. The second, 13.6 px inside, has a smaller window.
   BoardScene scene;
   scene.camera = {{640, 480}, {700, 695, 325, 235, 0.7}, BrownConrady{{-0.18, 0.07, 0.0011, -0.0008, 0}}};
   scene.camera_from_board = scene.facing(Vec3(0.43, -0.30, 0.25), Vec3(0.02, -0.015, 1.1));

@@ -26,7 +26,7 @@ TEST(RealCaptures, CalibrateToTheKnownRig) {
       "--captures " + (test_data() / "graycode").string() +
           " --pattern gray --projector-size 1024x768 --board chessboard:7x9:75mm --holdout --json -o " +
           (folder / "rig.json").string() + " --report " + (folder / "report.html").string());
-  // Five boards, all of one tilt about the horizontal axis: sound numbers, but some 3 mm at 2 m.
+  // Five boards, all of one tilt about the horizontal axis: sound numbers, but some 3.5 mm at 2 m.
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json summary = run.json();
   EXPECT_EQ(summary["gates"]["failed"], 0);
@@ -56,8 +56,8 @@ TEST(RealCaptures, CalibrateToTheKnownRig) {
 }
 
 /// On real data: the jackknife in closed form against whole refits without each pose, the board's shape and the changes of
-/// the camera's image among the unknowns. Measured: ratios of 0.90 to 1.08, but for the camera's p1 (1.27) and for fy of
-/// both (0.66 and 0.73): without the fifth of these poses it moves farther than the closed form predicts.
+/// the camera's image among the unknowns. Measured: ratios of 0.89 to 1.10, but for the camera's p1 (1.25) and for fy of
+/// both (0.79 and 0.82): without the fifth of these poses it moves farther than the closed form predicts.
 TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   PROCAM_REQUIRE_TEST_DATA("graycode/capture_0");
   io::SessionInfo stated;
@@ -88,7 +88,7 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   for (const auto& [name, of_refits] : variance) {
     if (closed.index_of(name)) {
       const double ratio = closed.sigma(name) / std::sqrt(of_refits);
-      EXPECT_GT(ratio, name.size() > 3 && name.substr(name.size() - 3) == ".fy" ? 0.6 : 0.8) << name;
+      EXPECT_GT(ratio, name.size() > 3 && name.substr(name.size() - 3) == ".fy" ? 0.65 : 0.8) << name;
       EXPECT_LT(ratio, name.rfind("camera.p", 0) == 0 ? 1.5 : 1.2) << name;
     }
   }

@@ -7,7 +7,7 @@
 /// with unit edge normals n1, n2 and blur s: light that changes linearly over the window (a, g_a, b, g_b)
 /// moves nothing, and the model is point-symmetric about the corner like the blurred print is, so a wrong
 /// blur shape or ink spread does not move it either. The 11 parameters are fitted by Gauss-Newton over a
-/// window that follows the square's size, and is down to half as wide near the image's rim; the corner's covariance is
+/// window that follows the square's size, and is down to 0.4 times as wide near the image's rim; the corner's covariance is
 /// (J^T J)^-1 scaled by the fit's own residual. A pixel at full scale or at zero counts only where the model is inside the range.
 ///
 /// Lens and perspective bend the edges: n . d becomes n . d - k t^2 / 2, t along the edge. The two curvatures k are fitted
@@ -38,7 +38,7 @@ namespace procam::detect {
 struct ChessboardOptions {
   /// Half the refinement window, as a share of the distance to the nearest neighbouring corner; pixels beyond
   /// half-way may show the next edge. The window is never smaller than 5x5 pixels.
-  double window_share = 0.35;
+  double window_share = 0.42;
   /// A corner whose own sigma is larger than this many pixels is rejected (blur, glare, a finger).
   double max_sigma_px = 0.5;
   /// Chessboards that the picture shows as well, as beside a projected board the print: where this one is not

@@ -141,6 +141,26 @@ PrintQuality print_quality(const Fits& fits, int columns) {
   return {median(std::move(contrasts)), median(std::move(sizes)), median(std::move(residuals))};
 }
 
+/// Of a clean picture the model leaves more at some places among the pixels than at others.
+double usual_residual(const PrintQuality& print) {
+  constexpr double kLeftOfContrast = 0.01;
+  return std::max({print.residual, kLeftOfContrast * print.contrast, 0.5});
+}
+
+/// Corners with more than the usual residual are fitted in a smaller window: if that leaves much less, something else is in
+/// the window, most often the border of the projected light, which pulls the corner away.
+void fit_clear_of_borders(const ViewU8& image, Grid& grid, double window_share, double usual, Fits& fits) {
+  constexpr double kSuspect = 1.4, kSmaller = 0.6, kMuchLess = 0.8;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    if (!fits[i] || fits[i]->residual < kSuspect * usual) continue;
+    const int column = int(i) % grid.columns, row = int(i) / grid.columns;
+    const auto smaller = fit_corner_and_bends(image, neighbourhood_in_grid(grid, fits, column, row),
+                                              kSmaller * window_share, *fits[i]);
+    if (smaller && smaller->residual < kMuchLess * fits[i]->residual) fits[i] = smaller;
+  }
+  move_to(fits, grid);
+}
+
 /// Median over the fitted ones; 0 without any.
 template <typename Value>
 double median_of(const std::vector<const CornerFit*>& fits, Value value) {
@@ -366,6 +386,8 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   Fits fits = fit_precisely(image, *grid, options.window_share, quick);
   fit_halos(image, *grid, options.window_share, fits);
   const PrintQuality print = print_quality(fits, board.columns);
+  const double usual = usual_residual(print);
+  fit_clear_of_borders(image, *grid, options.window_share, usual, fits);
   if (const auto found = larger_board(image, *grid, fits, options.window_share)) {
     result.diagnostics.warn("board_counts_differ", "the pattern goes on beyond the " +
                                                        counts(board.columns, board.rows) +
@@ -376,16 +398,11 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   // With one count odd the two ends differ in colour: the outer square beside the first corner is dark.
   if ((board.columns + board.rows) % 2 == 1 && print.light_first > 0) std::reverse(fits.begin(), fits.end());
 
-  // Worse than the usual fit: something else is in the window, most often the border of the projected light, which
-  // pulls the corner away. Of 1719 corners on photographs of whole boards two are. Of a clean picture the model leaves
-  // more at some places among the pixels than at others.
-  constexpr double kWorstOfUsual = 1.7, kLeftOfContrast = 0.01;
-  const double usual = std::max({print.residual, kLeftOfContrast * print.contrast, 0.5});
   int rejected = 0;
   for (int i = 0; i < board.size(); ++i) {
     const auto& fit = fits[std::size_t(i)];
     if (fit && std::sqrt(fit->covariance.trace() / 2) <= options.max_sigma_px &&
-        fit->residual < kWorstOfUsual * usual)
+        fit->residual < kWorstResidual * usual)
       result.observations.push_back({i, fit->corner, fit->covariance});
     else
       ++rejected;

@@ -336,11 +336,11 @@ std::optional<Fitted<kParameters>> descend(const Model<kParameters>& model, cons
   return std::nullopt;
 }
 
-/// A quick fit of a window of many pixels takes a raster of about so many. A full fit takes its edges besides.
-struct Raster {
+/// A quick fit of a window of many pixels takes a lattice of about so many. A full fit takes its edges besides.
+struct Thinning {
   double many, pixels;
 };
-constexpr Raster kQuickRaster{600, 300}, kFullRaster{1600, 700};
+constexpr Thinning kQuickThinning{600, 300}, kFullThinning{1600, 700};
 /// A further fit starts near the minimum: there a step is that of Gauss and Newton.
 constexpr Patience kQuick{15, 1e-2, 1e-3}, kPatient{50, 1e-4, 1e-3}, kFurther{50, 1e-3, 1e-7};
 /// Float8 sigmas of the blur from the edge nothing is left of it; the start may be `off` pixels off.
@@ -376,9 +376,9 @@ std::optional<CornerFit> judged(const Fitted<kParameters>& fitted, const CornerN
 }
 
 /// Which of a large window's pixels a fit takes.
-Sampling sampling_of(const Window& window, const Raster& raster) {
+Sampling sampling_of(const Window& window, const Thinning& thinning) {
   Sampling sampling;
-  if (window.pixels() > raster.many) sampling.every = int(std::ceil(window.pixels() / raster.pixels));
+  if (window.pixels() > thinning.many) sampling.every = int(std::ceil(window.pixels() / thinning.pixels));
   return sampling;
 }
 /// A pixel's variance is that of the residuals of the fit `before`, or that of rounding.
@@ -397,22 +397,22 @@ std::optional<CornerFit> fit_anew(const ViewU8& image, const Window& window, Fit
   const CornerNeighbourhood& around = window.around;
   const bool quick = effort == FitEffort::kQuick;
   const Patience& patience = quick ? kQuick : kPatient;
-  Sampling sampling = sampling_of(window, quick ? kQuickRaster : kFullRaster);
+  Sampling sampling = sampling_of(window, quick ? kQuickThinning : kFullThinning);
   Samples samples = window.samples(image, sampling);
   const Model<kWithoutBends> model{samples, {}};
   if (samples.size() < 2 * kWithoutBends) return std::nullopt;
   const Parameters start = first_guess(samples, around);
   if (2 * std::abs(start[kB]) < around.min_contrast * start[kA]) return std::nullopt;
   auto fitted = descend(model, start, window.square(), patience);
-  const bool on_raster = sampling.every > 1;
-  if (fitted && on_raster && !quick) {
+  const bool on_lattice = sampling.every > 1;
+  if (fitted && on_lattice && !quick) {
     sampling.band = band_of(fitted->p, sampling.spacing());
     samples = window.samples(image, sampling);
     fitted = descend(model, fitted->p, window.square(), kFurther);
   }
-  // Of an edge much sharper than the raster's step the raster has too few pixels: its fit may not converge,
+  // Of an edge much sharper than the lattice's spacing the lattice has too few pixels: its fit may not converge,
   // or end beside the edge, where every pixel of the window is needed.
-  if (!fitted && on_raster) {
+  if (!fitted && on_lattice) {
     samples = window.samples(image, {});
     fitted = descend(model, first_guess(samples, around), window.square(), patience);
   }
@@ -424,7 +424,7 @@ std::optional<CornerFit> fit_anew(const ViewU8& image, const Window& window, Fit
 template <int kParameters>
 std::optional<CornerFit> fit_bends(const ViewU8& image, const Window& window, const CornerFit* before,
                                    double reach) {
-  Sampling sampling = sampling_of(window, kFullRaster);
+  Sampling sampling = sampling_of(window, kFullThinning);
   if (before == nullptr)
     sampling = {};
   else if (sampling.every > 1)

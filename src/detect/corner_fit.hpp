@@ -29,21 +29,22 @@ struct CornerFit {
   Eigen::Matrix<double, 14, 1> parameters;  ///< of the model, for a further fit to start from
 };
 
-/// Of a large window: a raster of its pixels, a few hundredths of a pixel off; or every pixel near its edges and a
-/// raster of the flat ones, as precise as all of them.
+/// Of a large window: a lattice of its pixels, a few hundredths of a pixel off; or every pixel near its edges and a
+/// lattice of the flat ones, as precise as all of them.
 enum class FitEffort { kQuick, kFull };
 
 /// nullopt where the window leaves the image or there is no such crossing.
 std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
                                     double window_share, FitEffort effort = FitEffort::kFull);
 
-/// A full fit from an earlier one on, of the edges' bends too: the neighbourhood's are known to their standard deviations.
+/// A full fit that starts from an earlier one, of the edges' bends too: those of the neighbourhood are known to their standard
+/// deviations.
 std::optional<CornerFit> fit_corner_and_bends(const ViewU8& image, const CornerNeighbourhood& around,
                                               double window_share, const CornerFit& before);
 
 /// The same with one more term of the light: the halo that a camera's sharpening leaves beside
 /// edges, c (h(d) - e(d)), where e is the product of the two edges' erf and h the same with a larger blur.
-/// c < 0: overshoot; c > 0: a wide skirt. Without a fit before it, from the neighbourhood on.
+/// c < 0: overshoot; c > 0: a wide skirt. Without an earlier fit it starts from the neighbourhood.
 std::optional<CornerFit> fit_corner_with_halo(const ViewU8& image, const CornerNeighbourhood& around,
                                               double window_share, const CornerFit* before);
 

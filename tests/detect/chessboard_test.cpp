@@ -112,8 +112,8 @@ RimErrors rim_errors(const BoardScene& scene) {
 }
 
 TEST(Chessboard, WithFewLargeSquaresUnderAWideLensHasItsRimAsRightAsItsSigma) {
-  // The lens bends the edges of a square by pixels, and by another square's length otherwise: bends by the
-  // neighbours alone leave rim corners 0.011 px off, four times their sigma. Of 20 coordinates, chi2 above 6 has a
+  // The lens bends the edges by pixels, and differently one square further: bends by the neighbours alone leave rim
+  // corners 0.011 px off, four times their sigma. Of 20 coordinates, chi2 above 6 has a
   // rate below 1e-9; what the renderer and the model of blur leave counts too.
   for (const double turn : {0.1, 0.2}) {
     BoardScene scene;
@@ -141,6 +141,31 @@ TEST(Chessboard, ACornerAtTheImageRimDoesNotPullItsNeighbours) {
   const RimErrors errors = rim_errors(scene);
   EXPECT_EQ(errors.count, 62);
   EXPECT_LT(errors.farthest, 0.015);
+}
+
+TEST(Chessboard, CornersBesideTheBorderOfTheLightAreFittedClearOfIt) {
+  // Light to the left of a border only, which crosses the windows of a column at different distances.
+  BoardScene scene;
+  scene.noise = 1;
+  scene.camera_from_board = scene.facing(Vec3(0.12, -0.15, 0.03), Vec3(0.02, -0.015, 1.1));
+  const Points2 truth = test::true_corners(scene);
+  const auto at = [&](int column, int row) { return truth[std::size_t(row * scene.board.columns + column)]; };
+  const double border = at(4, 4).x() + 0.38 * (at(5, 4).x() - at(4, 4).x());
+  ImageU8 image = test::render(scene);
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x)
+      image.at(x, y) = std::uint8_t(
+          std::lround(image.at(x, y) * (0.6 - 0.4 * std::erf((x - border) / (std::sqrt(2.0) * 1.5)))));
+  const Detections found = detect_chessboard(image, scene.board);
+  double farthest = 0;
+  int beside = 0;
+  for (const Observation& o : found.observations) {
+    if (o.point % scene.board.columns != 4) continue;
+    farthest = std::max(farthest, (o.pixel - truth[std::size_t(o.point)]).norm());
+    ++beside;
+  }
+  EXPECT_GE(beside, 6);  // 4 without the smaller windows
+  EXPECT_LT(farthest, 0.02);
 }
 
 /// Interpolated colours displace edges by their place among the pixels, green least; a lens with lateral colour shows

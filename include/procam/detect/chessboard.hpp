@@ -15,6 +15,8 @@
 /// its standard deviation by theirs. At the grid's rim, where that difference belongs to the next corner, the
 /// prior is as wide as the change from there to the next but one.
 ///
+/// A corner with more than the usual residual is fitted in a smaller window as well, clear of the border of projected light.
+///
 /// Where a sample of the corners shows that the camera sharpens, all are fitted with one more parameter c, for the
 /// halo beside the edges: b is replaced by b - c, and c times the same product with a blur of
 /// sqrt(s^2 + (1.5 px)^2) is added.

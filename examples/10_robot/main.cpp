@@ -194,7 +194,7 @@ int main(int argc, char** argv) try {
   examples::SideBySide video(out / "robot.mp4", spectator.eye.size, kFramesPerSecond / 4);
   examples::ErrorPlot plot{"the localiser's poses", "corrected by the camera", {}, {}, {}, {}};
   plot.events.emplace_back(kDrives, "drives");
-  std::deque<std::pair<double, track::PoseSight>> under_way;
+  std::deque<std::pair<double, std::vector<track::PoseSight>>> under_way;
   ImageU8 frame(shows[0].frame_size(), 3);
   std::array<std::array<double, 2>, 2> sums{};  // standing, driving; without, with
   std::array<int, 2> counts{};
@@ -225,9 +225,7 @@ int main(int argc, char** argv) try {
     }
     if (k % 4 == 0) video.add();
     if (k == 40) video.save(out / "robot.png");
-    if (k % 2 == 0)
-      for (const track::PoseSight& sight : camera.look(light, shows[1], frame))
-        under_way.emplace_back(light + kCameraDelay, sight);
+    if (k % 2 == 0) under_way.emplace_back(light + kCameraDelay, camera.look(light, shows[1], frame));
     if (light - kBegin < kSettled) continue;
     plot.add(light - kBegin, std::sqrt(errors[0]), std::sqrt(errors[1]));
     for (std::size_t i = 0; i < 2; ++i) sums[part][i] += errors[i];

@@ -394,12 +394,16 @@ void bind_pose_correction(py::module_& m) {
             "Throws std::invalid_argument for sigmas and times that are not positive.",
             py::arg_v("options", track::PoseCorrectionOptions{}, "PoseCorrectionOptions()"))
       .method("add", py::overload_cast<const track::StampedPose&>(&track::PoseCorrection::add),
-              "A localiser's message. Gives the corrected pose of its moment, unless images come.",
+              "A localiser's message. Gives the corrected pose of its moment; while images come, its\n"
+              "twist alone, if it states one.",
               py::arg("message"))
       .method("add", py::overload_cast<const track::PoseSight&>(&track::PoseCorrection::add),
               "An image's evidence. Gives the corrected pose at its exposure; None: refused, or no\n"
               "message has come yet.",
               py::arg("sight"))
+      .method("add", py::overload_cast<const std::vector<track::PoseSight>&>(&track::PoseCorrection::add),
+              "All of an image, or of several, oldest first: one pose, of the last exposure.",
+              py::arg("sights"))
       .method("status", &track::PoseCorrection::status, "");
 }
 

@@ -171,8 +171,7 @@ void FrameLoop::take_watch() {
 }
 
 void FrameLoop::correct_pose(const std::vector<track::PoseSight>& sights) {
-  for (const track::PoseSight& sight : sights)
-    if (const auto corrected = pose_correction_->add(sight)) take_pose(*corrected);
+  if (const auto corrected = pose_correction_->add(sights)) take_pose(*corrected);
   const track::PoseCorrectionStatus found = pose_correction_->status();
   if (!sights.empty()) parts_.watch->tell(found);
   WatchStatus& status = *metrics_.watch;

@@ -85,6 +85,10 @@ Kept MotionBank::start(const Measured& m, const Vec6& twist, const Mat6& twist_c
 Kept MotionBank::next(const Kept& before, const Measured& m) const {
   Kept kept;
   kept.measured = m;
+  if (!m.has_pose) {
+    kept.measured.noise = before.measured.noise;
+    kept.measured.common = before.measured.common;
+  }
   const double h = m.time - before.measured.time;
   const auto count = std::size_t(count_);
   const double stays = std::exp(-h / kModelLasts);
@@ -104,9 +108,11 @@ Kept MotionBank::next(const Kept& before, const Measured& m) const {
     MotionState state =
         count_ == 1 ? before.states[0] : mixed(before.states.data(), from.data(), count_, models_[j]);
     state = advanced(state, h, models_[j]);
-    kept.weights[j] = std::log(sum) + innovation(state, m.pose, m.noise).log_likelihood;
+    const Innovation news =
+        m.has_pose ? innovation(state, m.pose, m.noise) : twist_innovation(state, *m.twist, m.twist_variance);
+    kept.weights[j] = std::log(sum) + news.log_likelihood;
     best = std::max(best, kept.weights[j]);
-    state = updated_by_pose(state, m.pose, m.noise);
+    if (m.has_pose) state = updated_by_pose(state, m.pose, m.noise);
     if (m.twist) state = updated_by_twist(state, *m.twist, m.twist_variance);
     kept.states[j] = state;
   }
@@ -115,6 +121,7 @@ Kept MotionBank::next(const Kept& before, const Measured& m) const {
   for (std::size_t j = 0; j < count; ++j)
     sum += kept.weights[j] = std::max(std::exp(kept.weights[j] - best), 1e-6);
   for (std::size_t j = 0; j < count; ++j) kept.weights[j] /= sum;
+  if (!m.has_pose) kept.measured.pose = after(kept, 0).pose;
   return kept;
 }
 

@@ -14,6 +14,7 @@ inline constexpr int kMaxModels = 9;
 /// A message as the filter takes it.
 struct Measured {
   double time = 0;
+  bool has_pose = true;  ///< else the pose is the predicted one, and only the twist is measured
   Pose pose;
   Mat6 noise;   ///< that differs from message to message; of the right increment
   Mat6 common;  ///< the rest of what was stated: it moves slowly and cannot be filtered

@@ -5,15 +5,37 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dead_reckoning.hpp"
 #include "procam/core/base/error.hpp"
 
 namespace procam::track {
 namespace {
 
+using internal::DeadReckoning;
+using internal::ReckonedMessage;
+using internal::ReckoningNoise;
+using internal::TwistCheck;
+
+/// chi-square of a localiser's pose, 6 degrees of freedom: 1 in 2 * 10^8.
+constexpr double kMessageChi2 = 50;
+/// Seconds without a message after which the odometry tells nothing of the way in between.
+constexpr double kLongestGap = 1;
+
 /// [exp(w) R, p + d].
 Pose with_error(const Pose& pose, const Vec6& error) {
   return Pose(so3_exp(Vec3(error.head<3>())) * pose.rotation, pose.translation + error.tail<3>())
       .normalized();
+}
+
+ReckoningNoise noise_of(const PoseCorrectionOptions& options) {
+  ReckoningNoise noise;
+  noise.localiser << options.tilt_sigma, options.tilt_sigma, options.rotation_sigma, options.position_sigma,
+      options.position_sigma, options.height_sigma;
+  noise.localiser = noise.localiser.cwiseAbs2().eval();
+  noise.correlation = options.correlation;
+  noise.twist << Vec3::Constant(options.track.turn_sigma), Vec3::Constant(options.track.speed_sigma);
+  noise.twist = noise.twist.cwiseAbs2().eval();
+  return noise;
 }
 
 /// The left increment [w, d - w x p] of an error at p is of the same rotation about the world's origin.
@@ -28,30 +50,31 @@ Mat6 left_by_error(const Vec3& at) {
 struct PoseCorrection::State {
   PoseCorrectionOptions options;
   PoseTrack localiser;
-  Vec6 usual;  ///< variances without any image
+  ReckoningNoise noise;
   Vec6 error = Vec6::Zero();
   Mat6 covariance;
   double time = 0;  ///< of both; 0: no image has come
   double last_sight = -1e300;
   int refused_in_a_row = 0;
+  TwistCheck twist_check;
+  std::optional<DeadReckoning> reckoning;  ///< while the messages state a twist that can be believed
+  int far_in_a_row = 0;                    ///< localised poses, by the reckoning
   PoseCorrectionStatus status;
 
-  explicit State(const PoseCorrectionOptions& given) : options(given), localiser(given.track) {
+  explicit State(const PoseCorrectionOptions& given)
+      : options(given), localiser(given.track), noise(noise_of(given)), twist_check(noise) {
     for (const double positive : {given.position_sigma, given.rotation_sigma, given.height_sigma,
                                   given.tilt_sigma, given.correlation, given.max_chi2, given.alone_after})
       require(positive > 0 && std::isfinite(positive),
               "PoseCorrection: sigmas, times and max_chi2 must be positive");
-    usual << given.tilt_sigma, given.tilt_sigma, given.rotation_sigma, given.position_sigma,
-        given.position_sigma, given.height_sigma;
-    usual = usual.cwiseAbs2().eval();
-    covariance = usual.asDiagonal();
+    covariance = noise.localiser.asDiagonal();
   }
 
   /// Error and covariance at a time; of an earlier one those of the last image.
   std::pair<Vec6, Mat6> at(double when) const {
     const double phi = time > 0 ? std::exp(-std::max(0.0, when - time) / options.correlation) : 0;
     Mat6 later = phi * phi * covariance;
-    later.diagonal() += (1 - phi * phi) * usual;
+    later.diagonal() += (1 - phi * phi) * noise.localiser;
     return {phi * error, later};
   }
 
@@ -66,13 +89,16 @@ struct PoseCorrection::State {
     return result;
   }
 
-  bool take(const PoseSight& sight, const Pose& of_localiser, Vec6& by, Mat6& known);
+  bool take(const PoseSight& sight, const Pose& pose, Vec6& by, Mat6& known);
+  bool reckon(const StampedPose& message, double when);
+  StampedPose reckoned(const StampedPose& message, double when) const;
+  void refuse();
 };
 
-/// Updates error and covariance; false: refused.
-bool PoseCorrection::State::take(const PoseSight& sight, const Pose& of_localiser, Vec6& by, Mat6& known) {
+/// Updates the pose's error and its covariance; false: refused.
+bool PoseCorrection::State::take(const PoseSight& sight, const Pose& pose, Vec6& by, Mat6& known) {
   const auto increment = [&](const Vec6& e) {
-    const Pose world_from_rig = with_error(of_localiser, e) * options.child_from_rig;
+    const Pose world_from_rig = with_error(pose, e) * options.child_from_rig;
     return se3_log(Pose(world_from_rig.inverse() * sight.world_from_rig));
   };
   const Vec6 start = increment(by);
@@ -102,6 +128,47 @@ bool PoseCorrection::State::take(const PoseSight& sight, const Pose& of_localise
   return true;
 }
 
+/// The odometry up to a message. False: there is none that can be believed.
+bool PoseCorrection::State::reckon(const StampedPose& message, double when) {
+  if (!message.twist) {
+    reckoning.reset();
+    return false;
+  }
+  ReckonedMessage news{when, message.frame_from_child, *message.twist, localiser.noise().cwiseAbs2()};
+  if (message.angular_rate) news.twist.head<3>() = *message.angular_rate;
+  twist_check.add(news);
+  if (!twist_check.agrees()) {
+    reckoning.reset();
+    return false;
+  }
+  if (reckoning && when > reckoning->time() && when - reckoning->time() < kLongestGap) {
+    far_in_a_row = reckoning->add(news, kMessageChi2) ? 0 : far_in_a_row + 1;
+    if (far_in_a_row < options.believe_after) return true;
+  }
+  // Also where the localiser has found another place.
+  reckoning.emplace(noise, news);
+  far_in_a_row = 0;
+  return true;
+}
+
+/// Of a message's moment. While images come, they tell the pose, and the message its twist.
+StampedPose PoseCorrection::State::reckoned(const StampedPose& from, double when) const {
+  StampedPose result = message(when, reckoning->at(when), Vec6::Zero(), reckoning->covariance(when));
+  result.twist = from.twist;
+  result.angular_rate = from.angular_rate;
+  if (when - last_sight < options.alone_after) result.covariance = kUnknownPoseVariance * Mat6::Identity();
+  return result;
+}
+
+/// After some refused images the variances are those without any.
+void PoseCorrection::State::refuse() {
+  ++status.refused;
+  if (++refused_in_a_row < options.believe_after) return;
+  error.setZero();
+  covariance = noise.localiser.asDiagonal();
+  reckoning.reset();
+}
+
 PoseCorrection::PoseCorrection(const PoseCorrectionOptions& options)
     : state_(std::make_unique<State>(options)) {}
 PoseCorrection::~PoseCorrection() = default;
@@ -111,12 +178,18 @@ PoseCorrection& PoseCorrection::operator=(PoseCorrection&&) noexcept = default;
 std::optional<StampedPose> PoseCorrection::add(const StampedPose& message) {
   State& s = *state_;
   const double before = s.localiser.newest_time();
-  s.localiser.add(message);
+  // A twist is used where it agrees with the poses: the reckoning has it.
+  StampedPose localised = message;
+  if (message.twist) localised.twist.reset(), localised.angular_rate.reset();
+  s.localiser.add(localised);
   const double when = s.localiser.newest_time();
-  if (when == before || when - s.last_sight < s.options.alone_after) return std::nullopt;
+  if (when == before) return std::nullopt;
+  if (s.reckon(message, when)) return s.reckoned(message, when);
+  if (when - s.last_sight < s.options.alone_after) return std::nullopt;
   const TrackedPose pose = s.localiser.at(when);
   const auto [by, known] = s.at(when);
   StampedPose result = s.message(when, pose.frame_from_child, by, known);
+  if (message.twist && s.twist_check.is_contradicted()) return result;
   result.twist = message.twist;
   result.angular_rate = message.angular_rate;
   return result;
@@ -124,26 +197,38 @@ std::optional<StampedPose> PoseCorrection::add(const StampedPose& message) {
 
 std::optional<StampedPose> PoseCorrection::add(const PoseSight& sight) {
   State& s = *state_;
-  const TrackedPose pose = s.localiser.at(sight.time);
-  if (pose.state == TrackState::kNone) return std::nullopt;
-  auto [by, known] = s.at(sight.time);
-  if (!s.take(sight, pose.frame_from_child, by, known)) {
-    ++s.status.refused;
-    if (++s.refused_in_a_row >= s.options.believe_after) {
-      s.error.setZero();
-      s.covariance = s.usual.asDiagonal();
-    }
+  const TrackedPose localised = s.localiser.at(sight.time);
+  if (localised.state == TrackState::kNone) return std::nullopt;
+  const Pose pose = s.reckoning ? s.reckoning->at(sight.time) : localised.frame_from_child;
+  auto [by, known] =
+      s.reckoning ? std::pair(Vec6(Vec6::Zero()), s.reckoning->covariance(sight.time)) : s.at(sight.time);
+  if (!s.take(sight, pose, by, known)) {
+    s.refuse();
     return std::nullopt;
   }
   s.refused_in_a_row = 0;
-  s.error = by;
-  s.covariance = known;
-  s.time = s.last_sight = sight.time;
+  s.last_sight = sight.time;
   ++s.status.taken;
-  s.status.error = by;
-  s.status.sigma = known.diagonal().cwiseMax(0).cwiseSqrt();
   s.status.time = sight.time;
-  return s.message(sight.time, pose.frame_from_child, by, known);
+  if (s.reckoning) {
+    s.reckoning->correct(sight.time, by, known);
+    s.status.error = -s.reckoning->localiser_error();
+    s.status.sigma = s.reckoning->localiser_variance().cwiseMax(0).cwiseSqrt();
+  } else {
+    s.error = by;
+    s.covariance = known;
+    s.time = sight.time;
+    s.status.error = by;
+    s.status.sigma = known.diagonal().cwiseMax(0).cwiseSqrt();
+  }
+  return s.message(sight.time, pose, by, known);
+}
+
+std::optional<StampedPose> PoseCorrection::add(const std::vector<PoseSight>& sights) {
+  std::optional<StampedPose> newest;
+  for (const PoseSight& sight : sights)
+    if (auto pose = add(sight)) newest = std::move(pose);
+  return newest;
 }
 
 PoseCorrectionStatus PoseCorrection::status() const {

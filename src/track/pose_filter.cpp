@@ -74,6 +74,16 @@ MotionState updated(const MotionState& state, const Vec6& xi, const Mat6& s, con
   return n;
 }
 
+Innovation surprise(const Vec6& xi, const Mat6& covariance) {
+  Innovation result;
+  result.xi = xi;
+  const Eigen::LLT<Mat6> solver(covariance);
+  const Vec6 white = solver.matrixL().solve(xi);
+  result.chi2 = white.squaredNorm();
+  result.log_likelihood = -0.5 * result.chi2 - Mat6(solver.matrixL()).diagonal().array().log().sum();
+  return result;
+}
+
 }  // namespace
 
 MotionState start_motion(const Pose& measured, const Mat6& noise, const Vec6& twist,
@@ -137,13 +147,11 @@ MotionState mixed(const MotionState* states, const double* weights, int count, c
 }
 
 Innovation innovation(const MotionState& state, const Pose& measured, const Mat6& noise) {
-  Innovation result;
-  result.xi = se3_log(state.pose.inverse() * measured);
-  const Eigen::LLT<Mat6> solver(Mat6(state.pp + noise));
-  const Vec6 white = solver.matrixL().solve(result.xi);
-  result.chi2 = white.squaredNorm();
-  result.log_likelihood = -0.5 * result.chi2 - Mat6(solver.matrixL()).diagonal().array().log().sum();
-  return result;
+  return surprise(se3_log(state.pose.inverse() * measured), state.pp + noise);
+}
+
+Innovation twist_innovation(const MotionState& state, const Vec6& twist, const Vec6& variance) {
+  return surprise(twist - state.twist, state.tt + Mat6(variance.asDiagonal()));
 }
 
 MotionState updated_by_pose(const MotionState& state, const Pose& measured, const Mat6& noise) {

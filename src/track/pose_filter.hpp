@@ -34,13 +34,14 @@ MotionState advanced(const MotionState& state, double seconds, const MotionModel
 /// zero) the rate is unknown within model.surge.
 MotionState mixed(const MotionState* states, const double* weights, int count, const MotionModel& model);
 
-/// xi = log(T^^-1 T_measured) and how surprising it is.
+/// xi = log(T^^-1 T_measured), or the measured twist less that of the state, and how surprising it is.
 struct Innovation {
   Vec6 xi;
   double chi2 = 0;            ///< 6 degrees of freedom
   double log_likelihood = 0;  ///< less 3 log(2 pi)
 };
 Innovation innovation(const MotionState& state, const Pose& measured, const Mat6& noise);
+Innovation twist_innovation(const MotionState& state, const Vec6& twist, const Vec6& variance);
 
 /// After a measured pose; after a measured twist, whose unmeasured rows have an enormous variance.
 MotionState updated_by_pose(const MotionState& state, const Pose& measured, const Mat6& noise);

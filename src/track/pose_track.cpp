@@ -140,6 +140,7 @@ struct PoseTrack::Impl {
   void add(const StampedPose& message);
   bool is_duplicate(const StampedPose& message);
   void count_lost(const StampedPose& message);
+  void state_noise(const StampedPose& message, Measured& m) const;
   Measured measured(const StampedPose& message, double time) const;
   void place(const Measured& m, double arrival);
   void place_reordered(const Measured& m);
@@ -181,11 +182,13 @@ void PoseTrack::Impl::count_lost(const StampedPose& message) {
   last_stamp = message.stamp;
 }
 
-Measured PoseTrack::Impl::measured(const StampedPose& message, double time) const {
-  Measured m;
-  m.time = time;
-  m.pose = message.frame_from_child.normalized();
-  m.common.setZero();
+/// Does the message state that it does not know the pose?
+bool knows_pose(const StampedPose& message) {
+  return !message.covariance || message.covariance->diagonal().minCoeff() < kUnknownPoseVariance;
+}
+
+/// What the pose of a message may be off, from what is stated and from its scatter.
+void PoseTrack::Impl::state_noise(const StampedPose& message, Measured& m) const {
   Vec6 usual;
   usual << Vec3::Constant(options.rotation_sigma), Vec3::Constant(options.position_sigma);
   Mat6 stated = Mat6(usual.cwiseAbs2().asDiagonal());
@@ -196,12 +199,20 @@ Measured PoseTrack::Impl::measured(const StampedPose& message, double time) cons
   // A planar localiser states no variance of height or tilt: it knows them, and the filter needs a number.
   stated.diagonal().array() += 1e-8;
   m.noise = stated;
-  if (scatter.known()) {
-    const Vec6 scale = scatter.ratio().cwiseSqrt();
-    m.noise = scale.asDiagonal() * stated * scale.asDiagonal();
-    m.noise.diagonal().array() += 1e-10;
-    if (message.covariance) m.common = positive_part(stated - m.noise);
-  }
+  if (!scatter.known()) return;
+  const Vec6 scale = scatter.ratio().cwiseSqrt();
+  m.noise = scale.asDiagonal() * stated * scale.asDiagonal();
+  m.noise.diagonal().array() += 1e-10;
+  if (message.covariance) m.common = positive_part(stated - m.noise);
+}
+
+Measured PoseTrack::Impl::measured(const StampedPose& message, double time) const {
+  Measured m;
+  m.time = time;
+  m.has_pose = knows_pose(message);
+  m.pose = message.frame_from_child.normalized();
+  m.common.setZero();
+  if (m.has_pose) state_noise(message, m);
   if (message.twist || message.angular_rate) {
     constexpr double kUnmeasured = 1e6;
     Vec6 twist = Vec6::Zero();
@@ -221,6 +232,7 @@ Measured PoseTrack::Impl::measured(const StampedPose& message, double time) cons
 }
 
 bool PoseTrack::Impl::fits(const Kept& before, const Measured& m) const {
+  if (!m.has_pose) return true;
   const double h = m.time - before.measured.time;
   const Vec6 moved = se3_log(before.measured.pose.inverse() * m.pose);
   const double noise_turn = std::sqrt(m.noise.diagonal().head<3>().sum());
@@ -290,7 +302,12 @@ void PoseTrack::Impl::place_reordered(const Measured& m) {
 
 void PoseTrack::Impl::place(const Measured& m, double arrival) {
   const double gap = history.empty() ? 0 : m.time - history.newest().measured.time;
-  if (history.empty() || gap > std::max(2 * options.stale_after, 1.0)) {
+  const bool begins = history.empty() || gap > std::max(2 * options.stale_after, 1.0);
+  if (!m.has_pose && (begins || !m.twist || options.prediction == Prediction::kNone)) {
+    ++faults.invalid;
+    return;
+  }
+  if (begins) {
     // After a long silence the child may be anywhere.
     drop_other();
     Vec6 unsure;
@@ -301,7 +318,7 @@ void PoseTrack::Impl::place(const Measured& m, double arrival) {
   }
   if (gap < 0) return place_reordered(m);
   if (!fits(history.newest(), m)) return consider_other(m, arrival);
-  drop_other();
+  if (m.has_pose) drop_other();
   const Kept after = bank.next(history.newest(), m);
   history[history.insert(history.size())] = after;
   ++faults.taken;
@@ -343,7 +360,7 @@ void PoseTrack::Impl::add(const StampedPose& message) {
   if (faults.taken + faults.reordered == believed) return;
   if (!first && message.arrival - last_arrival > options.stale_after) ++faults.stale;
   last_arrival = message.arrival;
-  if (history.newest().measured.time == m.time) {
+  if (m.has_pose && history.newest().measured.time == m.time) {
     Vec6 usual;
     usual << Vec3::Constant(options.rotation_sigma), Vec3::Constant(options.position_sigma);
     Vec6 stated = usual.cwiseAbs2();

@@ -104,6 +104,8 @@ def test_an_image_corrects_the_poses_of_a_localiser():
     assert corrected.frame_from_child.translation[0] == pytest.approx(0, abs=2e-4)
     status = correction.status()
     assert status.taken == 1 and status.refused == 0 and status.error[3] == pytest.approx(-0.02, abs=2e-4)
+    assert correction.add([sight, sight]).arrival == pytest.approx(corrected.arrival)
+    assert correction.status().taken == 3
 
 
 def test_markers_place_the_camera():

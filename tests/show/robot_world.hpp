@@ -57,6 +57,8 @@ struct RobotConditions {
   double position_sigma = 0.02, rotation_sigma = 1 * kDegree, correlation = 3;  ///< of the localiser
   double rate = 10, latency = 0.05;
   bool odometry = false;  ///< messages state the twist, with 0.02 m/s and 0.02 rad/s of noise
+  double odometry_scale =
+      1;  ///< stated by true twist: wheels of another diameter, and a floor on which they slip
   double camera_rate = 10, camera_latency = 0.04, looking = 0.02, delay = 0.035;  ///< seconds
   double lens_error = 0;
   std::uint64_t seed = 1;
@@ -240,8 +242,8 @@ inline RobotRun RobotWorld::run(double seconds) {
   };
   RobotRun run;
   double next_message = kBegin, next_image = kBegin + 0.33;
-  const auto give = [&](const track::PoseSight& sight) {
-    if (const auto pose = correction.add(sight)) with.add(*pose);
+  const auto give = [&](const std::vector<track::PoseSight>& sights) {
+    if (const auto pose = correction.add(sights)) with.add(*pose);
   };
   for (double light = kBegin + 0.2; light < kBegin + seconds; light += 1 / 30.0) {
     const double now = light - c_.delay;
@@ -260,7 +262,7 @@ inline RobotRun RobotWorld::run(double seconds) {
         Vec6 noise;
         noise << 0, 0, 0.02 * normal_of_odometry(random_of_odometry),
             0.02 * normal_of_odometry(random_of_odometry), 0, 0;
-        message.twist = Vec6(way / 0.01 + noise);
+        message.twist = Vec6(c_.odometry_scale * way / 0.01 + noise);
       }
       // In its turn with the images.
       at(message.arrival, [=, &alone, &correction, &with] {
@@ -294,8 +296,7 @@ inline RobotRun RobotWorld::run(double seconds) {
         sights.push_back(*sight);
         ++run.markers;
       }
-    for (const track::PoseSight& sight : sights)
-      at(light + c_.camera_latency + c_.looking, [=] { give(sight); });
+    at(light + c_.camera_latency + c_.looking, [=] { give(sights); });
   }
   run.taken = correction.status().taken;
   run.refused = correction.status().refused;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "procam/core/geometry/se3.hpp"
 
@@ -161,6 +162,145 @@ TEST(PoseCorrection, WithoutImagesItIsTheLocaliser) {
                  return bad;
                }()),
                std::invalid_argument);
+}
+
+/// What wheels state of truth().
+Vec6 twist_of(double time) {
+  constexpr double kStep = 1e-4;
+  return se3_log(Pose(truth(time).inverse() * truth(time + kStep))) / kStep;
+}
+StampedPose with_twist(double time, const Off& off = {}) {
+  StampedPose result = message(time, off);
+  result.twist = twist_of(time);
+  return result;
+}
+
+TEST(PoseCorrection, OdometryCarriesThePoseWhereNoImageCorrectsIt) {
+  PoseCorrection with(options()), without(options());
+  const auto both = [&](double time, const Off& off) {
+    without.add(message(time, off));
+    return with.add(with_twist(time, off));
+  };
+  for (double time = 10; time < 12; time += 0.1) both(time, {});
+  const PoseSight all = sight(11.86, MatX::Identity(6, 6));
+  ASSERT_TRUE(without.add(all));
+  const auto seen = with.add(all);
+  ASSERT_TRUE(seen);
+  EXPECT_LT(off_by(*seen).head<2>().norm(), 1e-3);
+  EXPECT_NEAR(off_by(*seen).z(), 0, 3e-4);
+  EXPECT_NEAR(with.status().error[3], -0.021, 3e-3);
+  EXPECT_NEAR(with.status().error[2], -0.012, 2e-3);
+  EXPECT_LT(with.status().sigma[3], 8e-3);
+  // The localiser comes to believe something else. The robot knows that it has not been there.
+  std::optional<StampedPose> last, last_without;
+  for (double time = 12; time < 13.05; time += 0.1) {
+    const double share = time - 12;
+    const Off off{0.021 - 0.03 * share, -0.017 + 0.025 * share, 0.012 - 0.02 * share};
+    last_without = without.add(message(time, off));
+    last = with.add(with_twist(time, off));
+  }
+  ASSERT_TRUE(last && last_without);
+  EXPECT_LT(off_by(*last).head<2>().norm(), 0.75 * off_by(*last_without).head<2>().norm());
+  EXPECT_LT(std::abs(off_by(*last).z()), 0.55 * std::abs(off_by(*last_without).z()));
+}
+
+TEST(PoseCorrection, WhileImagesComeAMessageTellsItsTwistAlone) {
+  PoseCorrection correction(options());
+  for (double time = 10; time < 12; time += 0.1) {
+    const auto pose = correction.add(with_twist(time));
+    ASSERT_TRUE(pose && pose->covariance && pose->twist);
+    EXPECT_LT(pose->covariance->diagonal().minCoeff(), 1) << "no image has come";
+  }
+  ASSERT_TRUE(correction.add(sight(11.95, MatX::Identity(6, 6))));
+  const auto pose = correction.add(with_twist(12));
+  ASSERT_TRUE(pose && pose->covariance && pose->twist);
+  EXPECT_GE(pose->covariance->diagonal().minCoeff(), kUnknownPoseVariance);
+  EXPECT_EQ(*pose->twist, twist_of(12));
+  EXPECT_LT(off_by(*pose).head<2>().norm(), 2e-3) << "a reader who ignores the covariance gets the best pose";
+}
+
+TEST(PoseCorrection, OfTwoSightsOfAnImageOnePoseIsGiven) {
+  PoseCorrection correction(options()), one_by_one(options());
+  for (double time = 10; time < 12; time += 0.1)
+    correction.add(with_twist(time)), one_by_one.add(with_twist(time));
+  MatX along = MatX::Zero(6, 4), across = MatX::Zero(6, 2);
+  along(0, 0) = along(1, 1) = along(5, 2) = along(2, 3) = 1;
+  across(3, 0) = across(4, 1) = 1;
+  const std::vector<PoseSight> sights = {sight(11.97, along), sight(11.97, across)};
+  const auto together = correction.add(sights);
+  one_by_one.add(sights[0]);
+  const auto second = one_by_one.add(sights[1]);
+  ASSERT_TRUE(together && second);
+  EXPECT_EQ(together->frame_from_child.translation, second->frame_from_child.translation);
+  EXPECT_LT(off_by(*together).head<2>().norm(), 1e-3);
+  EXPECT_FALSE(correction.add(std::vector<PoseSight>()));
+}
+
+/// Some drivers fill in zeros, or the twist of the world's axes.
+TEST(PoseCorrection, ATwistThatContradictsThePosesIsNotUsed) {
+  for (const Vec6& stated : {Vec6(Vec6::Zero()), Vec6(-2 * twist_of(0))}) {
+    PoseCorrection correction(options());
+    PoseTrack track(options().track);
+    double worst = 0;
+    for (double time = 10; time < 16; time += 0.1) {
+      StampedPose from = message(time);
+      from.twist = stated;
+      if (const auto pose = correction.add(from)) track.add(*pose);
+      if (const auto pose = correction.add(sight(time - 0.03, MatX::Identity(6, 6)))) {
+        track.add(*pose);
+        if (time > 13) worst = std::max(worst, off_by(*pose).head<2>().norm());
+      }
+    }
+    EXPECT_GT(correction.status().taken, 45u);
+    EXPECT_LT(worst, 2e-3);
+    EXPECT_LT((track.at(16).frame_from_child.translation - truth(16).translation).norm(), 0.02);
+  }
+}
+
+/// Two hundred drives: the squared error of a pose over the covariance that is stated with it, three components.
+TEST(PoseCorrection, ThePoseByOdometryIsAsFarOffAsStated) {
+  std::mt19937_64 random(4711);
+  std::normal_distribution<double> normal;
+  double sum = 0;
+  int count = 0, beyond = 0;
+  for (int drive_number = 0; drive_number < 200; ++drive_number) {
+    PoseCorrectionOptions chosen = options();
+    PoseCorrection correction(chosen);
+    const Vec3 sigma(chosen.position_sigma, chosen.position_sigma, chosen.rotation_sigma);
+    const double phi = std::exp(-0.1 / chosen.correlation), scale = 1 + 0.02 * normal(random);
+    Vec3 error = sigma.cwiseProduct(Vec3(normal(random), normal(random), normal(random)));
+    for (int i = 0; i < 60; ++i) {
+      const double time = 10 + 0.1 * i;
+      for (int k = 0; k < 3; ++k)
+        error[k] = phi * error[k] + std::sqrt(1 - phi * phi) * sigma[k] * normal(random);
+      StampedPose from = with_twist(time, {error[0], error[1], error[2]});
+      *from.twist *= scale;
+      for (const int k : {2, 3, 4})
+        (*from.twist)[k] += (k == 2 ? chosen.track.turn_sigma : chosen.track.speed_sigma) * normal(random);
+      correction.add(from);
+      // One wall, then for a second both, then none.
+      if (i % 30 >= 20) continue;
+      MatX directions = MatX::Zero(6, i % 30 < 10 ? 3 : 6);
+      if (i % 30 < 10)
+        directions(0, 0) = directions(1, 1) = directions(5, 2) = 1;
+      else
+        directions.setIdentity();
+      PoseSight seen = sight(time - 0.04, directions, {error[0], error[1], error[2]});
+      for (Eigen::Index k = 0; k < directions.cols(); ++k)
+        seen.score += 1e3 * directions.col(k) * normal(random);
+      const auto pose = correction.add(seen);
+      if (!pose || i < 30) continue;
+      const Pose wrong = pose->frame_from_child * truth(seen.time).inverse();
+      const Vec6 xi = se3_log(wrong);
+      const double chi2 = xi.dot(pose->covariance->ldlt().solve(xi));
+      sum += chi2, ++count, beyond += chi2 > 22.5;  // 1 in 1000 of six degrees of freedom
+    }
+  }
+  // Of the six directions three have no error: height and tilts are stated to two millimetres and milliradians. The
+  // scale's share of the noise is for worse wheels.
+  EXPECT_GT(sum / count, 1.5);
+  EXPECT_LT(sum / count, 4.5);
+  EXPECT_LT(beyond, count / 100);
 }
 
 }  // namespace

@@ -474,6 +474,87 @@ TEST(PoseTrack, AsksForNoMemoryWhileItRuns) {
   EXPECT_EQ(test::allocations, before);
 }
 
+/// A message that does not know its pose.
+StampedPose twist_at(double time, const Vec6& twist) {
+  StampedPose message = message_at(time, Pose(Eigen::Quaterniond::Identity(), Vec3(300, -200, 40)));
+  message.covariance = kUnknownPoseVariance * Mat6::Identity();
+  message.twist = twist;
+  return message;
+}
+
+TEST(PoseTrack, ATwistWithoutAPoseSharpensThePredictionAndMovesNothing) {
+  // To and fro, turning; a pose every fifth of a second.
+  const auto truth = [](double t) {
+    return test::lopsided_pose() *
+           Pose(so3_exp(Vec3(0, 0, 0.47 * std::sin(1.1 * t))), Vec3(0.45 * std::sin(1.1 * t + 0.3), 0, 0));
+  };
+  const auto twist = [&](double t) {
+    return Vec6(se3_log(Pose(truth(t).inverse() * truth(t + 1e-4))) / 1e-4);
+  };
+  TrackOptions options;
+  options.delay = kDelay;
+  options.position_sigma = options.rotation_sigma = 0.001;
+  options.turn_sigma = options.speed_sigma = 0.005;
+  PoseTrack with(options), without(options);
+  double worse = 0, better = 0;
+  for (int i = 0; i < 200; ++i) {
+    const double t = 100 + 0.05 * i;
+    if (i % 4 == 0)
+      with.add(message_at(t, truth(t))), without.add(message_at(t, truth(t)));
+    else
+      with.add(twist_at(t, twist(t)));
+    if (i < 60) continue;
+    worse += std::pow(light_error(truth(t + 0.1), without.at(t + 0.1).frame_from_child), 2);
+    better += std::pow(light_error(truth(t + 0.1), with.at(t + 0.1).frame_from_child), 2);
+  }
+  EXPECT_LT(std::sqrt(better), 0.35 * std::sqrt(worse));
+  EXPECT_EQ(with.faults().taken, 200u);
+  EXPECT_EQ(with.faults().outliers + with.faults().pending + with.faults().invalid, 0u);
+  EXPECT_LT(with.noise().maxCoeff(), 0.01) << "of poses, not of what is unknown";
+}
+
+TEST(PoseTrack, ATwistWithoutAPoseIsOfNoUseAlone) {
+  TrackOptions options;
+  options.delay = kDelay;
+  const Vec6 twist = driving(20, 0.4);
+  PoseTrack track(options);
+  track.add(twist_at(10, twist));
+  EXPECT_EQ(track.at(10).state, TrackState::kNone);
+  EXPECT_EQ(track.faults().invalid, 1u);
+  const Pose start = test::lopsided_pose();
+  track.add(message_at(10.1, start));
+  track.add(twist_at(10.2, twist));
+  EXPECT_EQ(track.faults().taken, 2u);
+  // After a silence the child may be anywhere.
+  track.add(twist_at(20, twist));
+  EXPECT_EQ(track.faults().invalid, 2u);
+  EXPECT_EQ(track.at(20).state, TrackState::kStale);
+  StampedPose nothing = message_at(10.25, start);
+  nothing.covariance = kUnknownPoseVariance * Mat6::Identity();
+  track.add(nothing);
+  EXPECT_EQ(track.faults().invalid, 3u) << "neither a pose nor a twist";
+  options.prediction = Prediction::kNone;
+  PoseTrack as_it_came(options);
+  as_it_came.add(message_at(10.1, start));
+  as_it_came.add(twist_at(10.2, twist));
+  EXPECT_EQ(as_it_came.at(10.3).frame_from_child.translation, start.translation);
+}
+
+TEST(PoseTrack, ATwistBetweenThePosesOfAnotherPlaceDoesNotHideThem) {
+  TrackOptions options;
+  options.delay = kDelay;
+  PoseTrack track(options);
+  const Pose here = test::lopsided_pose();
+  const Pose there(here.rotation, here.translation + Vec3(2, -1, 0));
+  for (int i = 0; i < 20; ++i) track.add(message_at(10 + 0.1 * i, here));
+  for (int i = 0; i < 6; ++i) {
+    track.add(message_at(12 + 0.1 * i, there));
+    track.add(twist_at(12.05 + 0.1 * i, Vec6::Zero()));
+  }
+  EXPECT_EQ(track.faults().map_jumps, 1u);
+  EXPECT_LT((track.at(14).frame_from_child.translation - there.translation).norm(), 0.02);
+}
+
 TEST(PoseTrack, RefusesOptionsWithoutSense) {
   TrackOptions options;
   options.position_sigma = 0;

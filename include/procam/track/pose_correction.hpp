@@ -20,14 +20,27 @@
 ///
 ///   P^-1 += J^T A J,   e^ += P J^T (b - A x_0).
 ///
-/// It belongs to the moment of exposure, at which L is asked for: images may be late. An image that is less probable than
-/// `max_chi2` allows is refused. After `believe_after` refused ones in a row the variances are those without any image.
+/// Messages that state a twist are odometry. It carries a pose X from message to message with the mean twist v, and the error
+/// q = (w, d) of X, true pose [exp(w) R_X, p_X + d], is estimated together with e:
 ///
-/// Sources: Gauss-Markov errors as states of a filter: P. Maybeck, "Stochastic models, estimation, and control", volume 1, 1979,
-/// section 4.11. Information form of an update: Barfoot, "State Estimation for Robotics", 2017, section 3.3.
+///   X <- X exp(hat(h v)),   w <- w,   d <- d + w x (p_X' - p_X),   with the noise of the twists.
+///
+/// A localised pose measures q - e, an image q. Where images show nothing, the pose follows the wheels, and only slowly the
+/// localiser. The twist is used while its way over a second agrees with that of the localised poses: some drivers state zeros.
+/// While images come, a message is handed on with its twist and a covariance that says that the pose is not known
+/// (kUnknownPoseVariance). A PoseTrack then takes poses from images, and the movement from both.
+///
+/// An image belongs to the moment of exposure, at which L or X is asked for: images may be late. An image that is less
+/// probable than `max_chi2` allows is refused. After `believe_after` refused ones in a row the variances are those without any
+/// image.
+///
+/// Sources: Gauss-Markov errors as states of a filter, and odometry with an aiding sensor: P. Maybeck, "Stochastic models,
+/// estimation, and control", volume 1, 1979, sections 4.11 and 6.5. Information form of an update: Barfoot, "State Estimation
+/// for Robotics", 2017, section 3.3.
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "procam/core/base/export.hpp"
 #include "procam/track/pose_track.hpp"
@@ -57,7 +70,7 @@ struct PoseSight {
 };
 
 struct PoseCorrectionStatus {
-  Vec6 error = Vec6::Zero();  ///< e^ at the last image: [w, d], axes of the world
+  Vec6 error = Vec6::Zero();  ///< of the true pose by the localised one at the last image: [w, d], axes of the world
   Vec6 sigma = Vec6::Zero();  ///< its standard deviations
   double time = 0;            ///< of that image; 0: none yet
   double chi2 = 0;            ///< of the last image
@@ -72,12 +85,14 @@ class PROCAM_EXPORT PoseCorrection {
   PoseCorrection(PoseCorrection&&) noexcept;
   PoseCorrection& operator=(PoseCorrection&&) noexcept;
 
-  /// A localiser's message. Gives the corrected pose of its moment, unless images come. What is returned has no stamp, and
-  /// `arrival` is its moment and TrackOptions::delay.
+  /// A localiser's message. Gives the corrected pose of its moment; while images come, its twist alone, if it states one. What
+  /// is returned has no stamp, and `arrival` is its moment and TrackOptions::delay.
   std::optional<StampedPose> add(const StampedPose& message);
   /// An image's evidence. Gives the corrected pose at its exposure; nullopt: refused, or no message has come yet.
-  /// It states no twist: that of the messages is of other moments, and the images' poses tell the movement better.
+  /// It states no twist: that of the messages is of other moments, and they are handed on with it.
   std::optional<StampedPose> add(const PoseSight& sight);
+  /// All of an image, or of several, oldest first: one pose, of the last exposure. Poses of one moment are not independent.
+  std::optional<StampedPose> add(const std::vector<PoseSight>& sights);
 
   PoseCorrectionStatus status() const;
 

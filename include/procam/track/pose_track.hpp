@@ -21,6 +21,9 @@
 /// that states too much (AMCL: where the map may be wrong, not what differs from message to message) or
 /// nothing is filtered right. What it states beyond its scatter stays in the covariance that is handed out.
 ///
+/// A message that does not know its pose (kUnknownPoseVariance) measures the twist alone: between two poses the state is
+/// dead-reckoned.
+///
 /// Messages may come twice, late or in the wrong order: the filter keeps its last states and goes back as far
 /// as they reach. What it refuses or corrects is counted in Faults.
 ///
@@ -101,7 +104,7 @@ struct Faults {
   std::uint64_t duplicated = 0;  ///< the same sequence number or stamp again: refused
   std::uint64_t outliers = 0;    ///< a place the child cannot be at, not confirmed: refused
   std::uint64_t doubtful = 0;    ///< a stamp that contradicts the clock: refused (clock.hpp)
-  std::uint64_t invalid = 0;     ///< not finite, no rotation: refused
+  std::uint64_t invalid = 0;     ///< not finite, no rotation, or no pose before the first one: refused
   std::uint64_t foreign = 0;     ///< of other frames: refused
   std::uint64_t pending = 0;     ///< of another place, not decided yet; moves to `outliers` or `taken`
 

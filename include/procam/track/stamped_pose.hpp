@@ -15,6 +15,10 @@
 
 namespace procam::track {
 
+/// A covariance with this variance, or more, in all six directions says that the pose is not known: the message counts for
+/// its twist and its rate alone.
+inline constexpr double kUnknownPoseVariance = 1e6;
+
 struct StampedPose {
   std::optional<double> stamp;  ///< sender's clock, seconds; nullopt when the format or the sender has none
   double arrival = 0;           ///< local steady clock, seconds

@@ -103,20 +103,23 @@ Fits fit_precisely(const ViewU8& image, Grid& grid, double window_share, const F
 /// Fits every corner again, with the halo of a camera's sharpening, where a sample of the corners shows one. Without
 /// it the residual beside the edges pulls corners by their place among the pixels.
 void fit_halos(const ViewU8& image, Grid& grid, double window_share, Fits& fits) {
-  constexpr std::size_t kSample = 9;        // corners
+  constexpr std::size_t kSample = 9;  // corners
   constexpr double kMaxResidualLeft = 0.8;  // of the residual without a halo
   const auto fit = [&](std::size_t i, const CornerNeighbourhood& around) {
     return fit_corner_with_halo(image, around, window_share, fits[i] ? &*fits[i] : nullptr);
   };
-  std::vector<double> left;
   const std::size_t stride = std::max<std::size_t>(1, fits.size() / kSample);
-  for (std::size_t i = 0; i < fits.size(); i += stride) {
+  // The median, as soon as it is known.
+  int much_less = 0, no_less = 0, in_doubt = 0;
+  for (std::size_t i = 0; i < fits.size(); i += stride) in_doubt += fits[i].has_value();
+  for (std::size_t i = 0; i < fits.size() && no_less <= much_less + in_doubt; i += stride) {
     const int column = int(i) % grid.columns, row = int(i) / grid.columns;
     if (!fits[i]) continue;
+    --in_doubt;
     if (const auto with_halo = fit(i, neighbourhood_in_grid(grid, fits, column, row)))
-      left.push_back(with_halo->residual / fits[i]->residual);
+      ++(with_halo->residual < kMaxResidualLeft * fits[i]->residual ? much_less : no_less);
   }
-  if (left.empty() || median(left) > kMaxResidualLeft) return;
+  if (much_less <= no_less) return;
   const Fits with_halos = fit_each(grid, fits, fit);
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (with_halos[i]) fits[i] = with_halos[i];

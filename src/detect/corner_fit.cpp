@@ -130,11 +130,10 @@ struct Model {
     for (int empty = kParameters + 1; empty < kRows; ++empty)
       for (Float8& lanes : rows[empty]) lanes = 0;
     const Edge row(p[kAngleRow], p[kBendRow]), column(p[kAngleColumn], p[kBendColumn]);
-    const std::vector<Samples::Group>& groups = samples.groups();
-    for (std::size_t begin = 0; begin < groups.size(); begin += kAtOnce) {
-      const std::size_t count = std::min(kAtOnce, groups.size() - begin);
-      for (std::size_t g = 0; g < count; ++g) differentiate(p, row, column, groups[begin + g], rows, g);
-      if (begin + count == groups.size()) {
+    for (std::size_t begin = 0; begin < samples.groups(); begin += kAtOnce) {
+      const std::size_t count = std::min(kAtOnce, samples.groups() - begin);
+      for (std::size_t g = 0; g < count; ++g) differentiate(p, row, column, begin + g, rows, g);
+      if (begin + count == samples.groups()) {
         const Float8 kept = 1 - samples.filling();
         for (auto& one : rows) one[count - 1] = kept * one[count - 1];
       }
@@ -145,12 +144,13 @@ struct Model {
  private:
   template <std::size_t kCount>
   PROCAM_ALWAYS_INLINE void differentiate(const Parameters& p, const Edge& row, const Edge& column,
-                                          const Samples::Group& s, Float8 (&out)[kRows][kCount],
+                                          std::size_t group, Float8 (&out)[kRows][kCount],
                                           std::size_t g) const {
     const auto of = [&](int parameter) { return float(p[parameter]); };
     const float k = float(1 / (std::sqrt(2.0) * p[kBlur])), slope = float(2 / std::sqrt(M_PI)) * k;
-    const Float8 dx = s.x - float(p[kX] - samples.origin().x()),
-                 dy = s.y - float(p[kY] - samples.origin().y());
+    const Float8 dx = samples.x(group) - float(p[kX] - samples.origin().x()),
+                 dy = samples.y(group) - float(p[kY] - samples.origin().y());
+    const Float8& grey = samples.grey(group);
     const Edge::Value r = row.at(dx, dy), c = column.at(dx, dy);
     // Across the row's edge the y side is positive; across the column's edge the x side is (hence the sign).
     const Step step_r(k * r.distance), step_c(k * c.distance);
@@ -190,10 +190,10 @@ struct Model {
       out[kBendRow][g] = dr * r.by_bend;
       out[kBendColumn][g] = dc * c.by_bend;
     }
-    out[kParameters][g] = value - s.grey;
+    out[kParameters][g] = value - grey;
     // A clipped pixel says that the light is no less (no more) than it shows.
-    const Float8 kept = Float8::Native(((s.grey.lanes >= kWhite) & (value.lanes > s.grey.lanes)) |
-                                               ((s.grey.lanes <= kBlack) & (value.lanes < s.grey.lanes))
+    const Float8 kept = Float8::Native(((grey.lanes >= kWhite) & (value.lanes > grey.lanes)) |
+                                               ((grey.lanes <= kBlack) & (value.lanes < grey.lanes))
                                            ? Float8::Native{}
                                            : Float8::Native{} + 1);
     for (int i = 0; i <= kParameters; ++i) out[i][g] = kept * out[i][g];
@@ -340,7 +340,7 @@ std::optional<Fitted<kParameters>> descend(const Model<kParameters>& model, cons
 struct Thinning {
   double many, pixels;
 };
-constexpr Thinning kQuickThinning{600, 300}, kFullThinning{1600, 700};
+constexpr Thinning kQuickThinning{600, 300}, kFullThinning{1000, 400};
 /// A further fit starts near the minimum: there a step is that of Gauss and Newton.
 constexpr Patience kQuick{15, 1e-2, 1e-3}, kPatient{50, 1e-4, 1e-3}, kFurther{50, 1e-3, 1e-7};
 /// Float8 sigmas of the blur from the edge nothing is left of it; the start may be `off` pixels off.

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <queue>
+
+#include "procam/core/base/detail/four.hpp"
 
 namespace procam::detect {
 namespace {
@@ -29,31 +33,73 @@ double cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// The ring response; zero where it is negative.
+/// Sixteen pixels beside each other. All sums of the response fit into 16 bits.
+using Short16 = procam::detail::Lanes<std::int16_t>;
+constexpr int kAtOnce = int(Short16::kSize);
+using Ring = std::array<const std::uint8_t*, kRingSamples>;
+
+PROCAM_ALWAYS_INLINE Short16 sixteen(const std::uint8_t* from) {
+  std::uint8_t __attribute__((vector_size(16))) greys;
+  std::memcpy(&greys, from, sizeof greys);
+  return Short16(__builtin_convertvector(greys, Short16::Native));
+}
+PROCAM_ALWAYS_INLINE Short16 size_of(const Short16& v) {
+  return larger(v, Short16(0) - v);
+}
+
+/// Of sixteen pixels from `x` on. `ring`: the samples of a row's first pixel.
+PROCAM_ALWAYS_INLINE void respond(const Ring& ring, const std::uint8_t* centre, int x, std::int16_t* out) {
+  Short16 sum(0), mean(0);
+  for (std::size_t n = 0; n < 4; ++n) {
+    const Short16 a = sixteen(ring[n] + x), b = sixteen(ring[n + 4] + x), c = sixteen(ring[n + 8] + x),
+                  d = sixteen(ring[n + 12] + x);
+    sum += size_of(a + c - b - d) - size_of(a - c) - size_of(b - d);
+    mean += a + b + c + d;
+  }
+  // The middle of a crossing is as bright as its ring; a stripe's is not.
+  const Short16 beside = size_of(mean - Short16(kRingSamples) * sixteen(centre + x));
+  sum = larger(sum - Short16(beside.lanes >> 1), Short16(0));
+  std::memcpy(out + x, &sum, sizeof sum);
+}
+/// Of a row, but for its ends.
+PROCAM_ALWAYS_INLINE void respond_in_row(const Ring& ring, const std::uint8_t* centre, int width,
+                                         std::int16_t* out) {
+  const int last = width - kRadius - kAtOnce;
+  for (int x = kRadius; x < last; x += kAtOnce) respond(ring, centre, x, out);
+  respond(ring, centre, last, out);
+}
+void respond_plain(const Ring& ring, const std::uint8_t* centre, int width, std::int16_t* out) {
+  respond_in_row(ring, centre, width, out);
+}
+#ifdef PROCAM_WIDE_VECTORS
+PROCAM_WIDE_VECTORS void respond_wide(const Ring& ring, const std::uint8_t* centre, int width,
+                                      std::int16_t* out) {
+  respond_in_row(ring, centre, width, out);
+}
+void respond_all(const Ring& ring, const std::uint8_t* centre, int width, std::int16_t* out) {
+  static const bool wide = PROCAM_HAS_WIDE_VECTORS;
+  wide ? respond_wide(ring, centre, width, out) : respond_plain(ring, centre, width, out);
+}
+#else
+void respond_all(const Ring& ring, const std::uint8_t* centre, int width, std::int16_t* out) {
+  respond_plain(ring, centre, width, out);
+}
+#endif
+
+/// The ring response; zero where it is negative, and in pictures that are too small for a board.
 cv::Mat ring_response(const cv::Mat& smooth) {
+  cv::Mat response = cv::Mat::zeros(smooth.size(), CV_16S);
+  if (smooth.cols < 2 * kRadius + kAtOnce) return response;
   std::array<std::ptrdiff_t, kRingSamples> offset;
   for (int n = 0; n < kRingSamples; ++n) {
     const double angle = 2 * M_PI * n / kRingSamples;
     offset[std::size_t(n)] = std::lround(kRadius * std::sin(angle)) * std::ptrdiff_t(smooth.step[0]) +
                              std::lround(kRadius * std::cos(angle));
   }
-  cv::Mat response = cv::Mat::zeros(smooth.size(), CV_16S);
   for (int y = kRadius; y < smooth.rows - kRadius; ++y) {
-    std::array<const std::uint8_t*, kRingSamples> ring;
+    Ring ring;
     for (std::size_t n = 0; n < ring.size(); ++n) ring[n] = smooth.ptr(y) + offset[n];
-    const std::uint8_t* centre = smooth.ptr(y);
-    std::int16_t* out = response.ptr<std::int16_t>(y);
-    for (int x = kRadius; x < smooth.cols - kRadius; ++x) {
-      int sum = 0, mean = 0;
-      for (std::size_t n = 0; n < 4; ++n) {
-        const int a = ring[n][x], b = ring[n + 4][x], c = ring[n + 8][x], d = ring[n + 12][x];
-        sum += std::abs(a + c - b - d) - std::abs(a - c) - std::abs(b - d);
-        mean += a + b + c + d;
-      }
-      // The middle of a crossing is as bright as its ring; a stripe's is not.
-      sum -= std::abs(mean - kRingSamples * centre[x]) / 2;
-      out[x] = std::int16_t(std::max(sum, 0));
-    }
+    respond_all(ring, smooth.ptr(y), smooth.cols, response.ptr<std::int16_t>(y));
   }
   return response;
 }
@@ -75,10 +121,15 @@ bool find_edges(const cv::Mat& smooth, Candidate& candidate) {
   if (p.x() < kRadius + 1 || p.y() < kRadius + 1 || p.x() >= smooth.cols - kRadius - 2 ||
       p.y() >= smooth.rows - kRadius - 2)
     return false;
-  for (int n = 0; n < kSamples; ++n) {
-    const double angle = 2 * M_PI * n / kSamples;
-    ring[std::size_t(n)] = bilinear(smooth, p + kRadius * Vec2(std::cos(angle), std::sin(angle)));
-  }
+  static const std::array<Vec2, kSamples> places = [] {
+    std::array<Vec2, kSamples> around;
+    for (int n = 0; n < kSamples; ++n) {
+      const double angle = 2 * M_PI * n / kSamples;
+      around[std::size_t(n)] = kRadius * Vec2(std::cos(angle), std::sin(angle));
+    }
+    return around;
+  }();
+  for (std::size_t n = 0; n < kSamples; ++n) ring[n] = bilinear(smooth, p + places[n]);
   std::array<double, kSamples> sorted = ring;
   std::sort(sorted.begin(), sorted.end());
   const double dark = sorted[kSamples / 8], light = sorted[kSamples - 1 - kSamples / 8];
@@ -102,16 +153,32 @@ bool find_edges(const cv::Mat& smooth, Candidate& candidate) {
   return std::abs(cross(candidate.directions[0], candidate.directions[2])) > std::sin(kMinAngle);
 }
 
+/// Is one of sixteen at least `least`?
+PROCAM_ALWAYS_INLINE bool any_responds(const std::int16_t* sixteen_from, int least) {
+  Short16 responses;
+  std::memcpy(&responses, sixteen_from, sizeof responses);
+  const auto found = responses.lanes >= std::int16_t(least);
+  std::uint64_t words[4];
+  static_assert(sizeof words == sizeof found);
+  std::memcpy(words, &found, sizeof words);
+  return (words[0] | words[1] | words[2] | words[3]) != 0;
+}
+
 std::vector<Candidate> find_candidates(const cv::Mat& smooth) {
   const cv::Mat response = ring_response(smooth);
   cv::Mat highest;
   cv::dilate(response, highest, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7)));
+  // A crossing of contrast c answers with about 6 c.
+  constexpr int kLeast = int(3 * kMinContrast);
   std::vector<Candidate> candidates;
   for (int y = kRadius; y < smooth.rows - kRadius; ++y) {
     const std::int16_t *here = response.ptr<std::int16_t>(y), *best = highest.ptr<std::int16_t>(y);
     for (int x = kRadius; x < smooth.cols - kRadius; ++x) {
-      // A crossing of contrast c answers with about 6 c.
-      if (here[x] < 3 * kMinContrast || here[x] != best[x]) continue;
+      if (x + kAtOnce <= smooth.cols && !any_responds(here + x, kLeast)) {
+        x += kAtOnce - 1;
+        continue;
+      }
+      if (here[x] < kLeast || here[x] != best[x]) continue;
       Vec2 sum = Vec2::Zero();
       double weights = 0;
       for (int j = -2; j <= 2; ++j)

@@ -29,6 +29,7 @@ struct Lattice {
 struct Span {
   int first, last;
   bool has(int x) const { return x >= first && x <= last; }
+  bool covers(int from, int to) const { return from >= first && to <= last; }
 };
 
 /// The pixels where |gradient . (pixel - corner)| is `most` at most.
@@ -87,21 +88,40 @@ Samples Window::samples(const ViewU8& image, const Sampling& sampling) const {
   const Lattice lattice(sampling.every);
   for (int y = y0; y <= y1; ++y) {
     const Span in_a = inside_a.in_row(y), in_b = inside_b.in_row(y);
+    const int first = std::max({x0, in_a.first, in_b.first}), last = std::min({x1, in_a.last, in_b.last});
+    if (first > last) continue;
     const Span seen[] = {clear_a.in_row(y), clear_b.in_row(y)};
-    const Span edges[] = {edge_a.in_row(y), edge_b.in_row(y)};
-    const auto within = [](const Span(&either)[2], int x) { return either[0].has(x) || either[1].has(x); };
-    const int last = std::min({x1, in_a.last, in_b.last});
-    int x = std::max({x0, in_a.first, in_b.first}), on_lattice = lattice.first(x, y);
-    while (x <= last) {
-      if ((x == on_lattice || within(edges, x)) && within(seen, x)) all.add(x, y, image.at(x, y));
-      if (x == on_lattice) on_lattice += sampling.every;
-      if (within(edges, ++x)) continue;
-      int next = on_lattice;
-      for (const Span& edge : edges)
-        if (edge.first > x) next = std::min(next, edge.first);
-      x = next;
+    const std::uint8_t* const greys = image.row(y);
+    const auto take_one = [&](int x) {
+      if (seen[0].has(x) || seen[1].has(x)) all.add(x, y, greys[x]);
+    };
+    const auto take = [&](int from, int to) {
+      if (seen[0].covers(from, to) || seen[1].covers(from, to))
+        return all.add(from, y, greys + from, to - from + 1);
+      for (int x = from; x <= to; ++x) take_one(x);
+    };
+    if (sampling.every == 1) {
+      take(first, last);
+      continue;
     }
+    Span edges[] = {edge_a.in_row(y), edge_b.in_row(y)};
+    if (edges[1].first < edges[0].first) std::swap(edges[0], edges[1]);
+    // The edges' pixels, and between them those of the lattice.
+    int x = first, on_lattice = lattice.first(first, y);
+    const auto take_lattice = [&](int before) {
+      for (; on_lattice < before; on_lattice += sampling.every) take_one(on_lattice);
+    };
+    for (const Span& edge : edges) {
+      const int from = std::max(x, edge.first), to = std::min(last, edge.last);
+      if (from > to) continue;
+      take_lattice(from);
+      take(from, to);
+      x = to + 1;
+      on_lattice = lattice.first(x, y);
+    }
+    take_lattice(last + 1);
   }
+  all.fill_up();
   return all;
 }
 

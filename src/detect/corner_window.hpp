@@ -2,6 +2,7 @@
 /// The pixels that a corner's fit takes from an image.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "corner_fit.hpp"
@@ -11,27 +12,46 @@
 
 namespace procam::detect {
 
-/// Pixels, eight by eight, as seen from one of them: in whole floats. Copies of their first fill up the last
-/// eight.
+/// Pixels, eight by eight, as seen from one of them: in whole floats. Copies of one of them fill up the last eight.
 class Samples {
  public:
   using Float8 = procam::detail::Float8;
-  struct Group {
-    Float8 x, y, grey;
-  };
   Samples() = default;
   explicit Samples(const Vec2& near) : origin_(near.array().round()) {}
   const Vec2& origin() const { return origin_; }
-  void add(int x, int y, float grey) {
-    const std::size_t lane = size_++ % Float8::kSize;
+  /// Neighbours in a row, from (x, y) on.
+  void add(int x, int y, const std::uint8_t* greys, int count) {
+    if (count <= 0) return;
+    make_room(size_ + std::size_t(count));
     const float from_x = float(x - origin_.x()), from_y = float(y - origin_.y());
-    if (lane == 0) groups_.push_back({from_x, from_y, grey});
-    groups_.back().x[lane] = from_x;
-    groups_.back().y[lane] = from_y;
-    groups_.back().grey[lane] = grey;
+    float* const to_x = floats(x_) + size_;
+    float* const to_y = floats(y_) + size_;
+    float* const to_grey = floats(grey_) + size_;
+    for (int i = 0; i < count; ++i) {
+      to_x[i] = from_x + float(i);
+      to_y[i] = from_y;
+      to_grey[i] = greys[i];
+    }
+    size_ += std::size_t(count);
+  }
+  void add(int x, int y, std::uint8_t grey) {
+    make_room(size_ + 1);
+    floats(x_)[size_] = float(x - origin_.x());
+    floats(y_)[size_] = float(y - origin_.y());
+    floats(grey_)[size_++] = grey;
+  }
+  /// After the last pixel.
+  void fill_up() {
+    if (size_ == 0) return;
+    make_room(groups() * Float8::kSize);
+    for (std::vector<Float8>* each : {&x_, &y_, &grey_})
+      std::fill(floats(*each) + size_, floats(*each) + groups() * Float8::kSize, floats(*each)[size_ - 1]);
   }
   std::size_t size() const { return size_; }
-  const std::vector<Group>& groups() const { return groups_; }
+  std::size_t groups() const { return (size_ + Float8::kSize - 1) / Float8::kSize; }
+  const Float8& x(std::size_t group) const { return x_[group]; }
+  const Float8& y(std::size_t group) const { return y_[group]; }
+  const Float8& grey(std::size_t group) const { return grey_[group]; }
   /// Of the last group, which lanes are copies.
   Float8 filling() const {
     Float8 filling(0);
@@ -40,8 +60,17 @@ class Samples {
   }
 
  private:
+  static float* floats(std::vector<Float8>& lanes) { return reinterpret_cast<float*>(lanes.data()); }
+  void make_room(std::size_t pixels) {
+    if (pixels > x_.size() * Float8::kSize) grow(pixels);
+  }
+  void grow(std::size_t pixels) {
+    const std::size_t more = std::max(pixels / Float8::kSize + 1, 2 * x_.size());
+    for (std::vector<Float8>* each : {&x_, &y_, &grey_}) each->resize(more);
+  }
+
   Vec2 origin_ = Vec2::Zero();
-  std::vector<Group> groups_;
+  std::vector<Float8> x_, y_, grey_;
   std::size_t size_ = 0;
 };
 

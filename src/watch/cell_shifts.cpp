@@ -296,6 +296,25 @@ double measure_all(const Search& search, const std::vector<int>& textured,
   return textured.empty() ? 1 : double(result.measured) / double(textured.size());
 }
 
+/// Do cells of the surface on which most fit another start stay where they should be? Then the others show light on something
+/// before the surface, a person: all of it is displaced alike, and a surface that moves takes all of its cells along. Two that
+/// agree by chance are rare.
+bool some_stayed(const LightGeometry& geometry, const ImageComparison& here, const ImageComparison& there) {
+  constexpr double kStayed = 1, kMaxSigma = 0.3;  // working pixels
+  constexpr int kFew = 2;
+  std::vector<int> fitting(geometry.surfaces.size()), stayed(geometry.surfaces.size());
+  for (std::size_t i = 0; i < there.cells.size(); ++i) {
+    const auto surface = std::size_t(geometry.cells[i].surface);
+    fitting[surface] += there.cells[i].state == CellState::kMeasured;
+    const CellShift& cell = here.cells[i];
+    stayed[surface] += cell.state == CellState::kMeasured &&
+                       (cell.shift - here.start).lpNorm<Eigen::Infinity>() < kStayed &&
+                       cell.information.trace() * kMaxSigma * kMaxSigma > 1;
+  }
+  const auto most = std::max_element(fitting.begin(), fitting.end()) - fitting.begin();
+  return stayed[std::size_t(most)] >= kFew;
+}
+
 void add_image_statistics(const LightGeometry& geometry, const ImageF& image, ImageComparison& result) {
   double sum = 0, squares = 0;
   int count = 0;
@@ -380,7 +399,8 @@ ImageComparison compare(const LightGeometry& geometry, const SeenLight& light, d
     if ((other - start).norm() > 1) {
       ImageComparison again = result;
       measure_all(search, textured, shapes, other, again);
-      if (again.measured >= 2 * before && again.measured >= kManyMore * double(textured.size()))
+      if (again.measured >= 2 * before && again.measured >= kManyMore * double(textured.size()) &&
+          !some_stayed(geometry, result, again))
         result = std::move(again);
     }
   }

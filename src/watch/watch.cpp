@@ -13,6 +13,7 @@ namespace {
 constexpr double kWeek = 7 * 24 * 3600.0;
 constexpr int kAlarmWindows = 2;    ///< in a row
 constexpr int kMinImages = 3;       ///< of a window
+constexpr double kMaxScatter = 25;  ///< of a window's cells about a movement, in variances of their noise
 constexpr double kMaxGap = 1.5;     ///< seconds without a usable image: the window begins anew
 constexpr double kSeenShare = 0.2;  ///< of textured cells: with fewer the view is lost
 constexpr double kSwitchGrey = 10;  ///< change of the unlit level
@@ -138,6 +139,8 @@ void Watch::end_window(double time) {
   MovementEstimate estimate = estimate_movement(geometry_, projector_.name, shifts, options_.movement);
   begin_window(time);
   if (estimate.degrees_of_freedom == 0 || estimate.cells < options_.min_cells) return;
+  // Cells that no movement explains tell of something else in the view: no movement, and none that can be excluded.
+  if (estimate.scatter > kMaxScatter) return;
   const auto causes = estimate.plausible();
   const bool moved = estimate.probability < window_limit_ && !causes.empty() &&
                      causes.front()->error > options_.smallest_error;

@@ -37,6 +37,26 @@ struct Session {
   }
 };
 
+/// A person half a metre before the wall hides most of the content and shows it herself, displaced by 31 pixels. The few
+/// cells beside her stay.
+TEST(Watch, LightOnAPersonIsNoMovement) {
+  WorldOptions options;
+  options.content = Content::kDarkGame;
+  options.person = true;
+  options.seed = 2;
+  Session session(options);
+  session.time = 15.013;
+  int usable = 0;
+  while (session.time < 21.1) {
+    const WatchReport report = session.next();
+    EXPECT_LT(report.median_shift.norm(), 3) << session.time;
+    EXPECT_LT(report.error, 1e-3) << session.time << ", " << report.sentence;
+    EXPECT_NE(report.state, WatchState::kLightSwitched) << session.time;
+    usable += report.state == WatchState::kOk;
+  }
+  EXPECT_GT(usable, 10);
+}
+
 TEST(Watch, ABumpBehindAWalkingPersonIsFoundAndCorrected) {
   WorldOptions options;
   options.person = true;

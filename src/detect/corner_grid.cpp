@@ -153,11 +153,11 @@ bool find_edges(const cv::Mat& smooth, Candidate& candidate) {
   return std::abs(cross(candidate.directions[0], candidate.directions[2])) > std::sin(kMinAngle);
 }
 
-/// Is one of sixteen at least `least`?
-PROCAM_ALWAYS_INLINE bool any_responds(const std::int16_t* sixteen_from, int least) {
+/// Does one of sixteen respond by `min_response` or more?
+PROCAM_ALWAYS_INLINE bool any_responds(const std::int16_t* sixteen_from, int min_response) {
   Short16 responses;
   std::memcpy(&responses, sixteen_from, sizeof responses);
-  const auto found = responses.lanes >= std::int16_t(least);
+  const auto found = responses.lanes >= std::int16_t(min_response);
   std::uint64_t words[4];
   static_assert(sizeof words == sizeof found);
   std::memcpy(words, &found, sizeof words);
@@ -169,16 +169,16 @@ std::vector<Candidate> find_candidates(const cv::Mat& smooth) {
   cv::Mat highest;
   cv::dilate(response, highest, cv::getStructuringElement(cv::MORPH_RECT, cv::Size(7, 7)));
   // A crossing of contrast c answers with about 6 c.
-  constexpr int kLeast = int(3 * kMinContrast);
+  constexpr int kMinResponse = int(3 * kMinContrast);
   std::vector<Candidate> candidates;
   for (int y = kRadius; y < smooth.rows - kRadius; ++y) {
     const std::int16_t *here = response.ptr<std::int16_t>(y), *best = highest.ptr<std::int16_t>(y);
     for (int x = kRadius; x < smooth.cols - kRadius; ++x) {
-      if (x + kAtOnce <= smooth.cols && !any_responds(here + x, kLeast)) {
+      if (x + kAtOnce <= smooth.cols && !any_responds(here + x, kMinResponse)) {
         x += kAtOnce - 1;
         continue;
       }
-      if (here[x] < kLeast || here[x] != best[x]) continue;
+      if (here[x] < kMinResponse || here[x] != best[x]) continue;
       Vec2 sum = Vec2::Zero();
       double weights = 0;
       for (int j = -2; j <= 2; ++j)

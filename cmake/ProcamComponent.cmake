@@ -14,8 +14,10 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 add_library(procam_warnings INTERFACE)
+# In a unity build GCC takes each source for a header, in which no type should use the anonymous namespace.
 target_compile_options(procam_warnings INTERFACE
   $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor>
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>
   $<$<AND:$<BOOL:${PROCAM_WERROR}>,$<CXX_COMPILER_ID:GNU,Clang,AppleClang>>:-Werror>)
 if(PROCAM_SANITIZE)
   add_compile_options(-fsanitize=${PROCAM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

@@ -309,8 +309,8 @@ void MeshCaster::add_edge(const Kernels& kernels, int x, int y, bool area, const
                 content_from_direction * by_x, content_from_direction * by_y};
     keep_in_front(f);
     MeshTile::Part part{s.item, {}, {}, {}};
-    const auto choose = [&](ImageSize content, int levels) {
-      const PixelSize size = pixel_size(f, Vec2::Zero(), content);
+    const auto choose = [&](ImageSize of_content, int levels) {
+      const PixelSize size = pixel_size(f, Vec2::Zero(), of_content);
       return choose_taps(size, size, size, levels);
     };
     if (area) part.taps = choose(item.content, item.levels);

@@ -28,7 +28,8 @@ namespace procam::detail {
 template <typename T>
 struct alignas(32) Lanes {
   static constexpr std::size_t kSize = 32 / sizeof(T);
-  using Native = T __attribute__((vector_size(32)));
+  // GCC takes the attribute of a dependent type in this form alone.
+  typedef T Native __attribute__((vector_size(32)));
   Native lanes;
 
   Lanes() = default;

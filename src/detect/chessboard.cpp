@@ -103,7 +103,7 @@ Fits fit_precisely(const ViewU8& image, Grid& grid, double window_share, const F
 /// Fits every corner again, with the halo of a camera's sharpening, where a sample of the corners shows one. Without
 /// it the residual beside the edges pulls corners by their place among the pixels.
 void fit_halos(const ViewU8& image, Grid& grid, double window_share, Fits& fits) {
-  constexpr std::size_t kSample = 9;  // corners
+  constexpr std::size_t kSample = 9;        // corners
   constexpr double kMaxResidualLeft = 0.8;  // of the residual without a halo
   const auto fit = [&](std::size_t i, const CornerNeighbourhood& around) {
     return fit_corner_with_halo(image, around, window_share, fits[i] ? &*fits[i] : nullptr);

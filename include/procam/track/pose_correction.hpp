@@ -70,7 +70,8 @@ struct PoseSight {
 };
 
 struct PoseCorrectionStatus {
-  Vec6 error = Vec6::Zero();  ///< of the true pose by the localised one at the last image: [w, d], axes of the world
+  Vec6 error =
+      Vec6::Zero();  ///< of the true pose by the localised one at the last image: [w, d], axes of the world
   Vec6 sigma = Vec6::Zero();  ///< its standard deviations
   double time = 0;            ///< of that image; 0: none yet
   double chi2 = 0;            ///< of the last image

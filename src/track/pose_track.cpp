@@ -182,9 +182,10 @@ void PoseTrack::Impl::count_lost(const StampedPose& message) {
   last_stamp = message.stamp;
 }
 
-/// Does the message state that it does not know the pose?
+/// Does the message state that it does not know the pose? Conversions, as to ROS and back, round the variances.
 bool knows_pose(const StampedPose& message) {
-  return !message.covariance || message.covariance->diagonal().minCoeff() < kUnknownPoseVariance;
+  constexpr double kRounded = 1 - 1e-6;
+  return !message.covariance || message.covariance->diagonal().minCoeff() < kRounded * kUnknownPoseVariance;
 }
 
 /// What the pose of a message may be off, from what is stated and from its scatter.

@@ -183,6 +183,9 @@ std::optional<StampedPose> PoseChain::next() {
   message.frame = frame_;
   message.child = child_;
   message.frame_from_child = *pose;
+  if (message.stamp)
+    if (const auto odometry = buffer_.odometry_frame(frame_, child_))
+      message.twist = buffer_.twist(*odometry, child_, *message.stamp);
   return message;
 }
 

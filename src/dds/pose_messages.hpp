@@ -30,7 +30,8 @@ void write_covariance(const Mat6& left, const Vec3& translation, double (&rows)[
 /// in its covariance.
 std::string odometry_bytes(const track::StampedPose& pose);
 
-/// The pose of a frame over a chain of /tf and /tf_static, at the latest time at which all of it is known.
+/// The pose of a frame over a chain of /tf and /tf_static, at the latest time at which all of it is known; with its twist, if a
+/// frame of odometry is in the chain.
 class PoseChain {
  public:
   PoseChain(std::string frame, std::string child) : frame_(std::move(frame)), child_(std::move(child)) {}

@@ -6,8 +6,21 @@
 #include <vector>
 
 #include "procam/core/base/limits.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::dds::internal {
+namespace {
+
+bool is_odometry(const std::string& frame) {
+  static const std::string kName = "odom";
+  if (frame.size() < kName.size() || frame.compare(frame.size() - kName.size(), kName.size(), kName) != 0)
+    return false;
+  if (frame.size() == kName.size()) return true;
+  const char before = frame[frame.size() - kName.size() - 1];
+  return before == '/' || before == '_';
+}
+
+}  // namespace
 
 bool TransformBuffer::reaches(const std::string& from, const std::string& ancestor) const {
   const std::string* at = &from;
@@ -115,6 +128,40 @@ std::optional<Pose> TransformBuffer::lookup(const std::string& frame, const std:
   });
   if (!connected || !is_known) return std::nullopt;
   return (shared_from_frame.inverse() * shared_from_child).normalized();
+}
+
+std::optional<std::string> TransformBuffer::odometry_frame(const std::string& frame,
+                                                           const std::string& child) const {
+  if (!reaches(child, frame)) return std::nullopt;
+  for (auto edge = edges_.find(child); edge != edges_.end(); edge = edges_.find(edge->second.parent)) {
+    if (is_odometry(edge->second.parent)) return edge->second.parent;
+    if (edge->second.parent == frame) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+double TransformBuffer::last_interval(const std::string& frame, const std::string& child) const {
+  double longest = 0;
+  walk(frame, child, [&](const Edge& edge, bool) {
+    if (edge.is_static) return;
+    const std::size_t count = edge.samples.size();
+    longest = std::max(longest, count < 2 ? std::numeric_limits<double>::infinity()
+                                          : edge.samples[count - 1].stamp - edge.samples[count - 2].stamp);
+  });
+  return longest;
+}
+
+std::optional<Vec6> TransformBuffer::twist(const std::string& frame, const std::string& child,
+                                           double time) const {
+  constexpr double kMinInterval = 0.05, kMaxInterval = 0.5;  // seconds
+  const double interval = last_interval(frame, child);
+  if (!(interval > 0 && interval < kMaxInterval)) return std::nullopt;
+  const double h = std::max(interval, kMinInterval);
+  const auto now = lookup(frame, child, time), before = lookup(frame, child, time - h),
+             earlier = lookup(frame, child, time - 2 * h);
+  if (!now || !before || !earlier) return std::nullopt;
+  const Vec6 last = se3_log(before->inverse() * *now) / h, first = se3_log(earlier->inverse() * *before) / h;
+  return Vec6(last + 0.5 * (last - first));
 }
 
 }  // namespace procam::dds::internal

@@ -31,6 +31,15 @@ class TransformBuffer {
   /// frame_from_child at a time; nullopt when the frames are not connected, or were not known at this time.
   std::optional<Pose> lookup(const std::string& frame, const std::string& child, double time) const;
 
+  /// The frame of the odometry between a frame and a child below it: the one named "odom" ("robot1/odom", "robot1_odom"), in
+  /// which the child moves without jumps (REP 105, "Coordinate frames for mobile platforms"). nullopt: there is none.
+  std::optional<std::string> odometry_frame(const std::string& frame, const std::string& child) const;
+
+  /// The child's twist in its own frame, [rotation, translation], at a time up to latest(): by three places h apart, h = 0.05 s
+  /// or the last interval between stamps, as the end of a parabola through them. nullopt where they are not known, and with
+  /// stamps half a second apart or more.
+  std::optional<Vec6> twist(const std::string& frame, const std::string& child, double time) const;
+
   /// Time has jumped: what is not static counts no longer.
   void forget_moving();
 
@@ -47,6 +56,8 @@ class TransformBuffer {
     std::deque<Sample> samples;  ///< by stamp; of a static edge: one
   };
 
+  /// The longest one between the last two stamps of a moving edge; infinity where an edge has one stamp.
+  double last_interval(const std::string& frame, const std::string& child) const;
   bool reaches(const std::string& from, const std::string& ancestor) const;
   template <typename Visit>
   bool walk(const std::string& frame, const std::string& child, Visit visit) const;

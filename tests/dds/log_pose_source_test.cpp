@@ -80,6 +80,27 @@ TEST(LogPoses, AChainOfFramesIsFollowed) {
   expect_equal(base[3].frame_from_child, some_pose(3));
 }
 
+/// By REP 105 a chain has odometry where a frame is named "odom".
+TEST(LogPoses, AChainWithOdometryStatesTheTwist) {
+  McapFile file;
+  file.channel(1, "/tf", kTf).channel(2, "/tf_static", kTf);
+  file.message(2, kLogStart, bytes(transforms(1700000000, 0, "map", "odom", some_pose(2))));
+  const Vec6 way = (Vec6() << 0, 0.01, 0.03, 0.05, -0.02, 0).finished();  // in 0.1 s
+  Pose at = some_pose(1);
+  for (unsigned k = 0; k < 6; ++k, at = (at * se3_exp(way)).normalized())
+    file.message(1, kLogStart + std::uint64_t(k) * 100'000'000,
+                 bytes(transforms(1700000000, k * 100000000, "odom", "base_link", at)));
+  const std::string path = (log_folder() / "drive.mcap").string();
+  write_file(path, file.chunk("").closed());
+  const std::vector<StampedPose> poses = all_of("log:" + path + "+map,base_link@0");
+  ASSERT_EQ(poses.size(), 6u);
+  EXPECT_FALSE(poses[1].twist);
+  ASSERT_TRUE(poses[5].twist);
+  EXPECT_LT((*poses[5].twist - way / 0.1).norm(), 1e-4);
+  // The localised pose of the log without the frame "odom" has none.
+  for (const StampedPose& pose : all_of("log:" + path + "+odom,map@0")) EXPECT_FALSE(pose.twist);
+}
+
 TEST(LogPoses, ATopicIsReadWithItsCovarianceAndTwist) {
   const std::string path = (log_folder() / "run.mcap").string();
   write_file(path, robot());

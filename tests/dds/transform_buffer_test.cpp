@@ -110,5 +110,68 @@ TEST(TransformBuffer, RefusesLoopsAndTooManyFramesAndFollowsANewParent) {
   EXPECT_FALSE(buffer.lookup("a", "b", 1));
 }
 
+/// A robot that drives ever faster along a spiral; a lamp on it is off its axis.
+Vec6 driven_twist(double t) {
+  return (Vec6() << 0, 0, 0.4 - 0.1 * t, 0.3 + 0.2 * t, 0, 0).finished();
+}
+Pose driven(double t) {
+  Pose pose = some_pose(1);
+  constexpr double kStep = 1e-3;
+  for (int k = 0; k < int(t / kStep + 0.5); ++k)
+    pose = (pose * se3_exp(Vec6(kStep * driven_twist((k + 0.5) * kStep)))).normalized();
+  return pose;
+}
+Vec6 at_lamp(const Vec6& twist, const Pose& base_from_lamp) {
+  const Mat3 lamp_from_base = base_from_lamp.rotation.conjugate().toRotationMatrix();
+  Vec6 moved;
+  moved << lamp_from_base * twist.head<3>(),
+      lamp_from_base * (twist.tail<3>() + twist.head<3>().cross(base_from_lamp.translation));
+  return moved;
+}
+
+TEST(TransformBuffer, GivesTheTwistOfADriveByItsOdometry) {
+  for (const double interval : {0.02, 0.1}) {
+    TransformBuffer buffer;
+    buffer.set(edge("base", "lamp", 0, some_pose(3)), true);
+    double time = 0;
+    EXPECT_FALSE(buffer.twist("odom", "lamp", 0));
+    for (int k = 0; time < 2; ++k) {
+      time = interval * k;
+      buffer.set(edge("odom", "base", time, driven(time)), false);
+      // The localiser jumps with each message.
+      buffer.set(edge("map", "odom", time, some_pose(k % 3)), false);
+    }
+    const auto odometry = buffer.odometry_frame("map", "lamp");
+    ASSERT_EQ(odometry, "odom");
+    const auto twist = buffer.twist(*odometry, "lamp", time);
+    ASSERT_TRUE(twist);
+    const Vec6 expected = at_lamp(driven_twist(time), some_pose(3));
+    EXPECT_LT((*twist - expected).norm(), 0.01 * expected.norm()) << interval;
+    EXPECT_GT((*twist - at_lamp(driven_twist(time - 0.05), some_pose(3))).norm(), 0.01 * expected.norm());
+  }
+}
+
+TEST(TransformBuffer, NoTwistWithoutOdometryOrAfterAGap) {
+  TransformBuffer buffer;
+  buffer.set(edge("map", "robot1/odom", 0, some_pose(2)), true);
+  buffer.set(edge("robot1/odom", "robot1/base", 1, driven(1)), false);
+  buffer.set(edge("robot1/base", "arm", 0, some_pose(3)), true);
+  buffer.set(edge("map", "modom", 0, some_pose(4)), true);
+  buffer.set(edge("modom", "cart", 0, some_pose(4)), true);
+  EXPECT_EQ(buffer.odometry_frame("map", "arm"), "robot1/odom");
+  EXPECT_EQ(buffer.odometry_frame("robot1/odom", "arm"), "robot1/odom");
+  EXPECT_FALSE(buffer.odometry_frame("map", "cart")) << "another name that ends alike";
+  EXPECT_FALSE(buffer.odometry_frame("robot1/base", "arm")) << "the frame moves with the child";
+  EXPECT_FALSE(buffer.odometry_frame("cart", "arm")) << "not above the child";
+  EXPECT_FALSE(buffer.twist("robot1/odom", "arm", 1)) << "one stamp";
+  buffer.set(edge("robot1/odom", "robot1/base", 1.02, driven(1.02)), false);
+  EXPECT_FALSE(buffer.twist("robot1/odom", "arm", 1.02)) << "too short a history";
+  buffer.set(edge("robot1/odom", "robot1/base", 1.2, driven(1.2)), false);
+  buffer.set(edge("robot1/odom", "robot1/base", 1.3, driven(1.3)), false);
+  EXPECT_TRUE(buffer.twist("robot1/odom", "arm", 1.3));
+  buffer.set(edge("robot1/odom", "robot1/base", 2.1, driven(2.1)), false);
+  EXPECT_FALSE(buffer.twist("robot1/odom", "arm", 2.1)) << "a gap";
+}
+
 }  // namespace
 }  // namespace procam::dds::internal

@@ -121,11 +121,19 @@ void print(const show::ShowReport& report, const show::ShowOptions& options, Con
       {"reloads", m.reloads},     {"failed_reloads", m.failed_reloads},
       {"poses/arrived", m.poses}, {"poses/malformed", m.malformed}};
   for (const auto& [name, count] : counts) console.summary().set(std::string("/") + name, double(count));
-  const std::pair<const char*, std::uint64_t> faults[] = {
-      {"taken", f.taken},           {"reordered", f.reordered}, {"late", f.late},
-      {"duplicated", f.duplicated}, {"outliers", f.outliers},   {"doubtful", f.doubtful},
-      {"invalid", f.invalid},       {"foreign", f.foreign},     {"lost", f.lost},
-      {"stale", f.stale},           {"map_jumps", f.map_jumps}, {"clock_jumps", f.clock_jumps}};
+  const std::pair<const char*, std::uint64_t> faults[] = {{"taken", f.taken},
+                                                          {"reordered", f.reordered},
+                                                          {"late", f.late},
+                                                          {"duplicated", f.duplicated},
+                                                          {"outliers", f.outliers},
+                                                          {"doubtful", f.doubtful},
+                                                          {"invalid", f.invalid},
+                                                          {"foreign", f.foreign},
+                                                          {"lost", f.lost},
+                                                          {"stale", f.stale},
+                                                          {"map_jumps", f.map_jumps},
+                                                          {"clock_jumps", f.clock_jumps},
+                                                          {"twists_ignored", f.twists_ignored}};
   std::string words;
   for (const auto& [name, count] : faults) {
     console.summary().set(std::string("/poses/") + name, double(count));

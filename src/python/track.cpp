@@ -303,7 +303,7 @@ void bind_tracked_pose(py::module_& m) {
   Record<track::Faults> faults(
       m, "Faults",
       "Every message that add() got is counted in exactly one of `taken` .. `pending`; a\n"
-      "refused message leaves no trace in the pose. The last four are events.");
+      "refused message leaves no trace in the pose. The last five are events.");
   faults.fields_init()
       .field("taken", &track::Faults::taken, "in order and believed")
       .field("reordered", &track::Faults::reordered,
@@ -319,7 +319,9 @@ void bind_tracked_pose(py::module_& m) {
       .field("map_jumps", &track::Faults::map_jumps, "other places that were confirmed")
       .field("clock_jumps", &track::Faults::clock_jumps, "times the sender's clock was set")
       .field("stale", &track::Faults::stale, "gaps longer than stale_after, when they ended")
-      .field("lost", &track::Faults::lost, "sequence numbers that never came");
+      .field("lost", &track::Faults::lost, "sequence numbers that never came")
+      .field("twists_ignored", &track::Faults::twists_ignored,
+             "messages taken without their twist: over a second it contradicts their poses");
 
   function(m, "to_string", py::overload_cast<track::TrackState>(&track::to_string), "", py::arg("state"));
 }

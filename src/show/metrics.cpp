@@ -206,7 +206,8 @@ std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
                                                                {"lost", poses.lost},
                                                                {"stale", poses.stale},
                                                                {"map_jumps", poses.map_jumps},
-                                                               {"clock_jumps", poses.clock_jumps}};
+                                                               {"clock_jumps", poses.clock_jumps},
+                                                               {"twists_ignored", poses.twists_ignored}};
   for (const auto& [name, count] : pose_faults)
     text += "procam_pose_faults_total{name=\"" + std::string(name) + "\"} " + std::to_string(count) + "\n";
   if (m.watch) write(text, *m.watch);

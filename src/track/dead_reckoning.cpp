@@ -1,6 +1,7 @@
 #include "dead_reckoning.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 namespace procam::track::internal {
@@ -17,29 +18,38 @@ void make_symmetric(Matrix& m) {
 
 }  // namespace
 
-void TwistCheck::add(const ReckonedMessage& message) {
-  constexpr double kOver = 1, kFirst = 0.5, kDistrusted = 5;  // seconds
-  if (last_.empty() || message.time <= last_.back().time || message.time - last_.back().time > kOver) {
-    last_.clear();
-    known_from_ = message.time + kFirst;
-  }
-  last_.push_back(message);
-  while (last_.front().time < message.time - kOver) last_.pop_front();
-  if (contradicts()) contradicted_until_ = message.time + kDistrusted;
+void TwistCheck::keep(const Moment& moment) {
+  if (count_ == kept_.size()) std::rotate(kept_.begin(), kept_.begin() + 1, kept_.end());
+  count_ = std::min(count_ + 1, kept_.size());
+  kept_[count_ - 1] = moment;
 }
 
-bool TwistCheck::contradicts() const {
-  constexpr double kLimit = 6, kShare = 0.1;
-  Pose way;
-  Vec6 variance = last_.front().noise + last_.back().noise;
-  for (std::size_t i = 1; i < last_.size(); ++i) {
-    const double h = last_[i].time - last_[i - 1].time;
-    way = way * se3_exp(Vec6(0.5 * h * (last_[i - 1].twist + last_[i].twist)));
-    variance += h * h * noise_.twist;
+void TwistCheck::add(const ReckonedMessage& message) {
+  constexpr double kOver = 1, kApart = 0.1, kFirst = 0.5, kDistrusted = 5;  // seconds
+  const double h = message.time - newest_.time;
+  Moment now{message.time, message.localised, newest_.reckoned, message.noise, newest_.noise_of_way};
+  if (count_ == 0 || h <= 0 || h > kOver) {
+    count_ = 0;
+    known_from_ = message.time + kFirst;
+  } else {
+    now.reckoned = (now.reckoned * se3_exp(Vec6(0.5 * h * (newest_twist_ + message.twist)))).normalized();
+    now.noise_of_way += h * h * noise_.twist;
   }
-  const double phi = std::exp(-(last_.back().time - last_.front().time) / noise_.correlation);
-  variance += 2 * (1 - phi) * noise_.localiser;
-  const Pose localised = last_.front().localised.inverse() * last_.back().localised;
+  newest_ = now;
+  newest_twist_ = message.twist;
+  if (count_ == 0 || now.time - kept_[count_ - 1].time >= kApart) keep(now);
+  const auto from = std::find_if(kept_.begin(), kept_.begin() + std::ptrdiff_t(count_),
+                                 [&](const Moment& one) { return one.time >= now.time - kOver; });
+  if (contradicts(*from)) contradicted_until_ = now.time + kDistrusted;
+}
+
+bool TwistCheck::contradicts(const Moment& from) const {
+  constexpr double kLimit = 6, kShare = 0.1;
+  const Pose way = from.reckoned.inverse() * newest_.reckoned;
+  const double phi = std::exp(-(newest_.time - from.time) / noise_.correlation);
+  const Vec6 variance = from.noise + newest_.noise + newest_.noise_of_way - from.noise_of_way +
+                        2 * (1 - phi) * noise_.localiser;
+  const Pose localised = from.localised.inverse() * newest_.localised;
   const Vec6 off = se3_log(Pose(way.inverse() * localised));
   // Where the way ends, an error of the first heading counts by its length.
   const double turn = so3_log(localised.rotation).norm(), length = localised.translation.norm();

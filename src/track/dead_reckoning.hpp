@@ -13,6 +13,7 @@
 ///
 /// Source: error-state filters with a Gauss-Markov error of an aiding sensor: P. Maybeck, "Stochastic models, estimation, and
 /// control", volume 1, 1979, sections 4.11 and 6.5.
+#include <array>
 #include <deque>
 
 #include "procam/core/base/types.hpp"
@@ -33,21 +34,32 @@ struct ReckoningNoise {
 };
 
 /// Whether the twists tell the way: some drivers fill in zeros, or the twist by other axes. Compared are the ways of the last
-/// second by the twists and by the localised poses, within six standard deviations and a tenth of the way.
+/// second by the twists and by the localised poses, within six standard deviations and a tenth of the way. Allocates nothing.
 class TwistCheck {
  public:
   explicit TwistCheck(const ReckoningNoise& noise) : noise_(noise) {}
   void add(const ReckonedMessage& message);
+  /// The localiser has found another place: the way begins anew.
+  void restart() { count_ = 0; }
   /// In the five seconds before the newest message.
-  bool is_contradicted() const { return last_.back().time < contradicted_until_; }
+  bool is_contradicted() const { return newest_.time < contradicted_until_; }
   /// Over half a second or more.
-  bool agrees() const { return !is_contradicted() && last_.back().time >= known_from_; }
+  bool agrees() const { return count_ > 0 && !is_contradicted() && newest_.time >= known_from_; }
 
  private:
-  bool contradicts() const;
+  struct Moment {
+    double time = 0;
+    Pose localised, reckoned;
+    Vec6 noise = Vec6::Zero(), noise_of_way = Vec6::Zero();
+  };
+  void keep(const Moment& moment);
+  bool contradicts(const Moment& from) const;
 
   ReckoningNoise noise_;
-  std::deque<ReckonedMessage> last_;
+  std::array<Moment, 12> kept_;  ///< a tenth of a second apart, the oldest first
+  std::size_t count_ = 0;
+  Moment newest_;
+  Vec6 newest_twist_ = Vec6::Zero();
   double known_from_ = 0, contradicted_until_ = -1e300;
 };
 

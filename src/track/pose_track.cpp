@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "dead_reckoning.hpp"
 #include "motion_bank.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/track/detail/message_check.hpp"
@@ -66,6 +67,17 @@ double smooth_step(double x) {
   return x * x * (3 - 2 * x);
 }
 
+/// A localiser may be off by some 20 mm and a degree, for seconds: that is not a wrong twist.
+internal::ReckoningNoise twist_noise(const TrackOptions& options) {
+  internal::ReckoningNoise noise;
+  noise.localiser << Vec3::Constant(0.0175), Vec3::Constant(0.02);
+  noise.localiser = noise.localiser.cwiseAbs2().eval();
+  noise.correlation = 3;
+  noise.twist << Vec3::Constant(options.turn_sigma), Vec3::Constant(options.speed_sigma);
+  noise.twist = noise.twist.cwiseAbs2().eval();
+  return noise;
+}
+
 }  // namespace
 
 Prediction parse_prediction(const std::string& text) {
@@ -101,7 +113,8 @@ const char* to_string(TrackState state) {
 }
 
 struct PoseTrack::Impl {
-  explicit Impl(const TrackOptions& chosen) : options(chosen), bank(chosen), clock(chosen.clock) {
+  explicit Impl(const TrackOptions& chosen)
+      : options(chosen), bank(chosen), clock(chosen.clock), twist_check(twist_noise(chosen)) {
     for (const double positive : {options.position_sigma, options.rotation_sigma, options.speed_sigma,
                                   options.turn_sigma, options.acceleration, options.turn_acceleration,
                                   options.max_speed, options.max_turn, options.stale_after})
@@ -117,6 +130,7 @@ struct PoseTrack::Impl {
   Faults faults;
   History history;
   internal::Scatter scatter;
+  internal::TwistCheck twist_check;
   double asked = -1e300;  ///< the latest time that at() was asked for
 
   /// Another place that messages agree on, not believed yet.
@@ -142,6 +156,7 @@ struct PoseTrack::Impl {
   void count_lost(const StampedPose& message);
   void state_noise(const StampedPose& message, Measured& m) const;
   Measured measured(const StampedPose& message, double time) const;
+  void check_twist(const StampedPose& message, const Measured& m);
   void place(const Measured& m, double arrival);
   void place_reordered(const Measured& m);
   void consider_other(const Measured& m, double arrival);
@@ -214,11 +229,12 @@ Measured PoseTrack::Impl::measured(const StampedPose& message, double time) cons
   m.pose = message.frame_from_child.normalized();
   m.common.setZero();
   if (m.has_pose) state_noise(message, m);
-  if (message.twist || message.angular_rate) {
+  const bool has_twist = message.twist && !(m.has_pose && twist_check.is_contradicted());
+  if (has_twist || message.angular_rate) {
     constexpr double kUnmeasured = 1e6;
     Vec6 twist = Vec6::Zero();
     m.twist_variance.setConstant(kUnmeasured);
-    if (message.twist) {
+    if (has_twist) {
       twist = *message.twist;
       m.twist_variance << Vec3::Constant(options.turn_sigma), Vec3::Constant(options.speed_sigma);
       m.twist_variance = m.twist_variance.cwiseAbs2().eval();
@@ -279,6 +295,7 @@ void PoseTrack::Impl::consider_other(const Measured& m, double arrival) {
   faults.taken += std::uint64_t(other_count);
   other_count = 0;
   ++faults.map_jumps;
+  twist_check.restart();
   follow(other, arrival);
 }
 
@@ -325,6 +342,12 @@ void PoseTrack::Impl::place(const Measured& m, double arrival) {
   ++faults.taken;
 }
 
+void PoseTrack::Impl::check_twist(const StampedPose& message, const Measured& m) {
+  internal::ReckonedMessage news{m.time, m.pose, *message.twist, m.noise.diagonal()};
+  if (message.angular_rate) news.twist.head<3>() = *message.angular_rate;
+  twist_check.add(news);
+}
+
 void PoseTrack::Impl::add(const StampedPose& message) {
   if (internal::why_malformed(message) != nullptr || !std::isfinite(message.arrival)) {
     ++faults.invalid;
@@ -361,6 +384,10 @@ void PoseTrack::Impl::add(const StampedPose& message) {
   if (faults.taken + faults.reordered == believed) return;
   if (!first && message.arrival - last_arrival > options.stale_after) ++faults.stale;
   last_arrival = message.arrival;
+  if (m.has_pose && message.twist) {
+    faults.twists_ignored += twist_check.is_contradicted();
+    if (history.newest().measured.time == m.time) check_twist(message, m);
+  }
   if (m.has_pose && history.newest().measured.time == m.time) {
     Vec6 usual;
     usual << Vec3::Constant(options.rotation_sigma), Vec3::Constant(options.position_sigma);

@@ -246,6 +246,23 @@ Explanation explain(const Problem& problem, const std::vector<Block>& blocks,
   return result;
 }
 
+/// A surface that was bumped, or whose light is on something before it.
+Explanation explain_surface(const Problem& problem, const Block& bump, const std::vector<double>& weights,
+                            const std::string& name) {
+  constexpr double kFarRotation = 0.3, kFar = 0.5, kBefore = 0.1;  // radians, metres
+  const double rarer = std::log(1000.0);
+  Explanation result = explain(problem, {bump}, weights, name, nullptr);
+  Explanation far =
+      explain(problem, {moved_by(MovedThing::kSurface, bump.surface, bump.centre, kFarRotation, kFar)},
+              weights, name, nullptr);
+  far.cost += 2 * rarer;
+  far.log_evidence -= rarer;
+  if (far.cost < result.cost) result = far;
+  const Vec3 way = result.moved.head<3>().cross(bump.centre) + result.moved.tail<3>();
+  result.is_before = -way.dot(bump.centre.normalized()) > kBefore;
+  return result;
+}
+
 Problem problem_of(const LightGeometry& geometry, const std::vector<CellShift>& shifts,
                    const MovementOptions& options) {
   Problem problem;
@@ -354,7 +371,7 @@ MovementEstimate estimate_movement(const LightGeometry& geometry, const std::str
   estimate.explanations.push_back(explain(problem, {}, weights, "nothing", &estimate.delay));
   estimate.explanations.push_back(explain(problem, {all.front()}, weights, projector, nullptr));
   for (std::size_t k = 1; k < all.size(); ++k)
-    estimate.explanations.push_back(explain(problem, {all[k]}, weights, geometry.surfaces[k - 1], nullptr));
+    estimate.explanations.push_back(explain_surface(problem, all[k], weights, geometry.surfaces[k - 1]));
   estimate.explanations.push_back(
       explain(problem,
               {moved_by(MovedThing::kRig, -1, Vec3::Zero(), options.bump_rotation, options.bump_translation)},

@@ -11,7 +11,11 @@ namespace procam::watch {
 namespace {
 
 constexpr double kWeek = 7 * 24 * 3600.0;
-constexpr int kAlarmWindows = 2;    ///< in a row
+constexpr int kAlarmWindows = 2;  ///< in a row
+/// In a row, of light that may be on something before a surface: people who stand there leave again.
+constexpr int kBeforeWindows = 15;
+constexpr double kMaxStep =
+    1.5;  ///< working pixels between the median shifts of a window's images: more is another view
 constexpr int kMinImages = 3;       ///< of a window
 constexpr double kMaxScatter = 25;  ///< of a window's cells about a movement, in variances of their noise
 constexpr double kMaxGap = 1.5;     ///< seconds without a usable image: the window begins anew
@@ -34,7 +38,8 @@ std::optional<double> unlit_level(const ImageComparison& compared, const CameraT
 
 std::string movement_text(const Explanation& cause) {
   return cause.name + " rotated by " + fixed(cause.moved.head<3>().norm() / kDegree, 2) +
-         " deg and moved by " + mm(cause.shift, 1);
+         " deg and moved by " + mm(cause.shift, 1) +
+         (cause.is_before ? ", or something is before " + cause.name : "");
 }
 
 }  // namespace
@@ -97,7 +102,7 @@ void Watch::correct(const std::string& surface, const Vec6& moved) {
 
 void Watch::end_alarm() {
   start_ = Vec2::Zero();
-  moved_windows_ = calm_windows_ = 0;
+  moved_windows_ = sure_windows_ = calm_windows_ = 0;
   is_alarm_ = false;
   has_jumped_ = false;
   last_moved_.setZero();
@@ -144,9 +149,12 @@ void Watch::end_window(double time) {
   const auto causes = estimate.plausible();
   const bool moved = estimate.probability < window_limit_ && !causes.empty() &&
                      causes.front()->error > options_.smallest_error;
+  const bool is_before =
+      std::any_of(causes.begin(), causes.end(), [](const Explanation* one) { return one->is_before; });
   moved_windows_ = moved ? moved_windows_ + 1 : 0;
+  sure_windows_ = moved && !is_before ? sure_windows_ + 1 : 0;
   calm_windows_ = moved ? 0 : calm_windows_ + 1;
-  if (moved_windows_ >= kAlarmWindows) is_alarm_ = true;
+  if (sure_windows_ >= kAlarmWindows || moved_windows_ >= kBeforeWindows) is_alarm_ = true;
   if (calm_windows_ >= kAlarmWindows) is_alarm_ = false;
   look_for_jump(estimate);
   window_time_ = time;
@@ -215,6 +223,8 @@ WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
     report.median_shift = geometry_.average * middle;
     start_ = middle;
     used_time_ = time;
+    if (window_images_ > 0 && (middle - window_shift_).norm() > kMaxStep) begin_window(time);
+    if (window_images_ == 0) window_shift_ = middle;
     if (options_.locates_rig) {
       report.rig = rig_information(geometry_, compared.cells, options_.movement);
       report.state = WatchState::kOk;

@@ -555,6 +555,66 @@ TEST(PoseTrack, ATwistBetweenThePosesOfAnotherPlaceDoesNotHideThem) {
   EXPECT_LT((track.at(14).frame_from_child.translation - there.translation).norm(), 0.02);
 }
 
+/// RMS of the light while a robot drives, 100 ms ahead; `stated` by the true twist.
+template <typename Stated>
+double light_of_drive(Stated stated, Faults& faults) {
+  const Drive drive = from_rest_to_rest();
+  Localiser localiser;
+  localiser.rate = 20;
+  localiser.delay = kDelay;
+  localiser.position_sigma = 0.005;
+  localiser.rotation_sigma = 0.2 * M_PI / 180;
+  localiser.seed = 7;
+  TrackOptions options;
+  options.delay = kDelay;
+  PoseTrack track(options);
+  double sum = 0;
+  int count = 0;
+  for (const simulate::LocalisedPose& pose : simulate::localise(drive, localiser)) {
+    StampedPose message = message_of(pose);
+    message.twist = stated(drive.twist(pose.stamp));
+    track.add(message);
+    const double light = pose.arrival + kOutput;
+    if (light < drive.start_time() + 3 || light > drive.end_time()) continue;
+    sum += std::pow(light_error(drive(light), track.at(light).frame_from_child), 2), ++count;
+  }
+  faults = track.faults();
+  return 1e3 * std::sqrt(sum / count);
+}
+
+TEST(PoseTrack, ATwistThatContradictsThePosesIsNotUsed) {
+  Faults none, good, zeros, turned;
+  const double without = light_of_drive([](const Vec6&) { return std::optional<Vec6>(); }, none);
+  const double with = light_of_drive([](const Vec6& v) { return std::optional<Vec6>(v); }, good);
+  const double of_zeros =
+      light_of_drive([](const Vec6&) { return std::optional<Vec6>(Vec6::Zero()); }, zeros);
+  // By the axes of a camera.
+  const auto camera = [](const Vec6& v) {
+    return std::optional<Vec6>((Vec6() << -v[1], -v[2], v[0], -v[4], -v[5], v[3]).finished());
+  };
+  const double of_turned = light_of_drive(camera, turned);
+  std::printf("no twist %.1f mm, true %.1f, zeros %.1f, turned %.1f\n", without, with, of_zeros, of_turned);
+  EXPECT_EQ(none.twists_ignored + good.twists_ignored, 0u);
+  EXPECT_LT(with, 0.6 * without);
+  EXPECT_LT(of_zeros, 1.1 * without);
+  EXPECT_LT(of_turned, 1.1 * without);
+  EXPECT_GT(zeros.twists_ignored, 0.9 * double(zeros.taken));
+  EXPECT_GT(turned.twists_ignored, 0.9 * double(turned.taken));
+}
+
+TEST(PoseTrack, AJumpOfTheMapIsNoWrongTwist) {
+  PoseTrack track;
+  for (int k = 0; k < 100; ++k) {
+    const Pose here = test::lopsided_pose() * se3_exp(Vec6(0.05 * k * driving(10, 0.4)));
+    const Pose jump(so3_exp(Vec3(0, 0, 0.2)), Vec3(1.2, -0.4, 0));
+    StampedPose message = message_at(10 + 0.05 * k, k < 50 ? here : jump * here);
+    message.twist = driving(10, 0.4);
+    track.add(message);
+  }
+  EXPECT_EQ(track.faults().map_jumps, 1u);
+  EXPECT_EQ(track.faults().twists_ignored, 0u);
+}
+
 TEST(PoseTrack, RefusesOptionsWithoutSense) {
   TrackOptions options;
   options.position_sigma = 0;

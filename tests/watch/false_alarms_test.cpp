@@ -6,9 +6,9 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <optional>
 #include <random>
 
+#include "people_before_wall.hpp"
 #include "watched_world.hpp"
 
 namespace procam::watch {
@@ -76,33 +76,15 @@ ImageU8 dark_game(double time, std::uint64_t seed) {
   return frame;
 }
 
-/// Somebody before the wall: walks in, stands, walks out. The projector lights them, so that they show the content displaced.
-struct Person {
-  double before_wall = 0.5, half_width = 0.24,
-         head = 0.2;  ///< metres; the top of the head below that of the content
-  double albedo = 0.4, stands = 0.5, phase = 0;
-  int folds = 9;  ///< of the clothes
-
-  /// Along the wall; none while nobody is there.
-  std::optional<double> position(double time) const {
-    const double t = std::fmod(time + phase, 14);
-    if (t < 2.5) return stands - 0.45 * (2.5 - t);
-    if (t < 8.5) return stands + 0.004 * std::sin(2.1 * t);
-    if (t < 11) return stands + 0.45 * (t - 8.5);
-    return std::nullopt;
-  }
-  /// At a point of the person's plane, from their position.
-  bool covers(float x, float y) const {
-    const float top = y - float(head), reach = top < 0.25f ? 0.45f * float(half_width) : float(half_width);
-    return top > 0 && std::abs(x) < reach;
-  }
-};
-
 /// A wall, a rig and a camera with errors of their own, all drawn from what MovementOptions states.
 class Installation {
  public:
   Installation(std::uint64_t seed, const Pictures& pictures)
-      : seed_(seed), pictures_(pictures), random_(unsigned(seed * 7919 + 5)), noise_(1 << 16) {
+      : seed_(seed),
+        pictures_(pictures),
+        random_(unsigned(seed * 7919 + 5)),
+        noise_(1 << 16),
+        people_(random_, seed % 4 == 3) {
     const MovementOptions known;
     Normal normal(0, 1);
     for (float& value : noise_) value = float(normal(random_));
@@ -127,13 +109,9 @@ class Installation {
     blur_ = 0.05 + 0.15 * uniform();
     texture_ = 0.1 * uniform();
     vignetting_ = 0.3 * uniform();
-    person_.before_wall = 0.25 + 0.65 * uniform();
-    // One of four is a group that hides all of the content.
-    person_.half_width = seed % 4 == 3 ? 0.8 : 0.18 + 0.1 * uniform();
-    person_.head = seed % 4 == 3 ? -0.2 : -0.1 + 0.5 * uniform();
-    person_.albedo = 0.1 + 0.6 * uniform();
-    person_.stands = 1.15 * uniform();
-    person_.phase = 14 * uniform();
+    // Means over a cell of 25 pixels have a standard deviation of 0.144 times this. Half of cell_sigma: neighbours are alike,
+    // so that movements are disturbed as by independent errors of cell_sigma.
+    displacement_ = 0.5 * known.cell_sigma / 0.144;
     trace(camera, {true_projector.inverse_camera}, rig_from_projector, rig_from_wall, wall);
     surfaces.push_back({wall.name,
                         wall.rig_from_surface,
@@ -180,19 +158,14 @@ class Installation {
     mix(light, float(share));
     const ImageSize size = rig.camera().camera.size;
     grey_.resize(std::size_t(size.width) * std::size_t(size.height));
-    const std::optional<double> person = person_.position(time);
-    const float at = float(person.value_or(1e6));
+    people_.move_to(time);
     for (std::size_t i = 0; i < grey_.size(); ++i) {
-      float seen = 0;
-      if (const Eigen::Vector4f& on_person = person_place_[i];
-          person_.covers(on_person[2] - at, on_person[3])) {
-        const float fold = 0.8f + 0.2f * std::sin(float(person_.folds) * (on_person[2] - at) / 0.1f);
-        seen = float(person_.albedo) * fold * (float(ambient_) + light_at(on_person.head<2>()));
-      } else {
-        const bool is_shadow = person_.covers(shadow_[i].x() - at, shadow_[i].y());
-        seen = albedo_[i] * (float(ambient_) + (is_shadow ? 0 : light_at(place_[i])));
+      if (const auto hit = people_.first(on_wall_[i], eye_)) {
+        grey_[i] = toned(hit->albedo * (float(ambient_) + light_at(lit_through(*hit))));
+        continue;
       }
-      grey_[i] = toned(seen);
+      const bool is_shadow = people_.first(on_wall_[i], lamp_).has_value();
+      grey_[i] = toned(albedo_[i] * (float(ambient_) + (is_shadow ? 0 : light_at(place_[i]))));
     }
     return recorded(size);
   }
@@ -213,47 +186,51 @@ class Installation {
     return frame;
   }
 
-  /// Of each camera pixel: the projector pixel (halved) of the wall and of the person's plane, the point of that plane, the one
-  /// that the light of the wall passes, and the albedo of the wall. Every fourth pixel is traced.
+  /// Of each camera pixel: its point on the wall, the projector pixel (halved) that lights it, and the albedo. Every fourth pixel
+  /// is traced. The wall is not flat, and the lenses have rests: a smooth displacement of kDisplacement.
   void trace(const Camera& camera, const Projector& projector, const Pose& rig_from_projector,
              const Pose& rig_from_wall, const test::Wall& wall) {
     constexpr int kStep = 4;
-    const int columns = camera.size.width / kStep + 2, rows = camera.size.height / kStep + 2;
+    const int columns = camera.size.width / kStep + 8, rows = camera.size.height / kStep + 8;
     const Pose wall_from_rig = rig_from_wall.inverse(),
                projector_from_wall = rig_from_projector.inverse() * rig_from_wall;
-    const Vec3 eye = wall_from_rig.translation, light = (wall_from_rig * rig_from_projector).translation;
-    const double person_z = eye.z() < 0 ? -person_.before_wall : person_.before_wall;
-    const auto at_height = [](const Vec3& from, const Vec3& to, double z) -> Vec3 {
-      return from + (z - from.z()) / (to.z() - from.z()) * (to - from);
+    const auto by_depth = [&](const Vec3& on_wall) {
+      return Eigen::Vector3f(Vec3(on_wall.x(), on_wall.y(), std::abs(on_wall.z())).cast<float>());
     };
-    const auto pixel_of = [&](const Vec3& on_wall) -> Vec2 {
-      return projector.project(projector_from_wall * on_wall).value_or(Vec2(-1e4, -1e4)) / 2 -
-             Vec2(0.25, 0.25);
+    eye_ = by_depth(wall_from_rig.translation);
+    lamp_ = by_depth((wall_from_rig * rig_from_projector).translation);
+    size_ = wall.size.cast<float>();
+    const auto pixel_of = [&](const Vec2& at) -> Eigen::Vector2f {
+      const Vec3 on_wall(at.x(), at.y(), 0);
+      const Vec2 pixel = projector.project(projector_from_wall * on_wall).value_or(Vec2(-1e4, -1e4));
+      return (pixel / 2 - Vec2(0.25, 0.25)).cast<float>();
     };
-    using Node = Eigen::Matrix<float, 10, 1>;
-    std::vector<Node> nodes;
+    for (int j = 0; j <= kLattice; ++j)
+      for (int i = 0; i <= kLattice; ++i)
+        lattice_.push_back(pixel_of(Vec2(i, j).cwiseProduct(wall.size) / kLattice));
+    std::vector<Eigen::Vector4f> nodes;
     for (int j = 0; j < rows; ++j)
       for (int i = 0; i < columns; ++i) {
-        const Vec3 bearing = camera.unproject(Vec2(i, j) * kStep).value_or(Vec3::UnitZ());
-        const Vec3 along = wall_from_rig * bearing;
-        const Vec3 on_wall = at_height(eye, along, 0), on_person = at_height(eye, along, person_z);
-        Node& node = nodes.emplace_back();
-        node << pixel_of(on_wall).cast<float>(), on_wall.head<2>().cast<float>(),
-            pixel_of(on_person).cast<float>(), on_person.head<2>().cast<float>(),
-            at_height(light, on_wall, person_z).head<2>().cast<float>();
+        const Vec3 along =
+            wall_from_rig.rotation * camera.unproject(Vec2(i - 2, j - 2) * kStep).value_or(Vec3::UnitZ());
+        const Vec3& eye = wall_from_rig.translation;
+        const Vec2 on_wall = (eye - eye.z() / along.z() * along).head<2>();
+        Eigen::Vector4f& node = nodes.emplace_back();
+        node << pixel_of(on_wall), on_wall.cast<float>();
       }
     for (int y = 0; y < camera.size.height; ++y)
       for (int x = 0; x < camera.size.width; ++x) {
-        const auto node = std::size_t(y / kStep * columns + x / kStep);
-        const float fx = float(x % kStep) / kStep, fy = float(y % kStep) / kStep;
-        const auto below = node + std::size_t(columns);
-        const Node value = (1 - fy) * ((1 - fx) * nodes[node] + fx * nodes[node + 1]) +
-                           fy * ((1 - fx) * nodes[below] + fx * nodes[below + 1]);
-        const bool is_on =
-            value[2] > 0 && value[3] > 0 && value[2] < wall.size.x() && value[3] < wall.size.y();
-        place_.push_back(is_on ? Eigen::Vector2f(value.head<2>()) : Eigen::Vector2f(-1e4f, -1e4f));
-        person_place_.emplace_back(value.segment<4>(4));
-        shadow_.emplace_back(value.tail<2>());
+        const auto displaced = [&](double at, std::uint64_t axis) {
+          return (at + displacement_ * (test::field(x / 25.0, y / 25.0, 977 * seed_ + axis) - 0.5)) / kStep +
+                 2;
+        };
+        const double column = displaced(x, 1), row = displaced(y, 2);
+        const auto node = std::size_t(int(row) * columns + int(column)), below = node + std::size_t(columns);
+        const float fx = float(column - std::floor(column)), fy = float(row - std::floor(row));
+        const Eigen::Vector4f value = (1 - fy) * ((1 - fx) * nodes[node] + fx * nodes[node + 1]) +
+                                      fy * ((1 - fx) * nodes[below] + fx * nodes[below + 1]);
+        on_wall_.emplace_back(value.tail<2>());
+        place_.push_back(is_on(on_wall_.back()) ? Eigen::Vector2f(value.head<2>()) : kUnlit);
         const double paint =
             1 - texture_ * test::octaves(33 * double(value[2]), 33 * double(value[3]), seed_);
         const double r2 = (Vec2(x, y) - Vec2(320, 240)).squaredNorm() / 160000;
@@ -291,6 +268,20 @@ class Installation {
       if (!is_still) add(light.next, share, false);
     }
   }
+  bool is_on(const Eigen::Vector2f& on_wall) const {
+    return on_wall.minCoeff() > 0 && on_wall.x() < size_.x() && on_wall.y() < size_.y();
+  }
+  /// The projector pixel (halved) whose light a person stops there.
+  Eigen::Vector2f lit_through(const test::Touched& hit) const {
+    const Eigen::Vector2f lamp = lamp_.head<2>();
+    const Eigen::Vector2f on_wall = lamp + lamp_.z() / (lamp_.z() - hit.depth) * (hit.point - lamp);
+    if (!is_on(on_wall)) return kUnlit;
+    const Eigen::Vector2f at = float(kLattice) * on_wall.cwiseQuotient(size_);
+    const float fx = at.x() - std::floor(at.x()), fy = at.y() - std::floor(at.y());
+    const Eigen::Vector2f* node = &lattice_[std::size_t(int(at.y()) * (kLattice + 1) + int(at.x()))];
+    return (1 - fy) * ((1 - fx) * node[0] + fx * node[1]) +
+           fy * ((1 - fx) * node[kLattice + 1] + fx * node[kLattice + 2]);
+  }
   float light_at(const Eigen::Vector2f& place) const {
     const float x = place.x(), y = place.y();
     if (!(x >= 0 && y >= 0 && x < kFrame.width / 2 - 1 && y < kFrame.height / 2 - 1)) return 0;
@@ -324,10 +315,15 @@ class Installation {
   const Pictures& pictures_;
   std::mt19937 random_;
   std::vector<float> noise_;
-  double delay_ = 0, gamma_ = 2.2, ambient_ = 0.06, blur_ = 0.1, texture_ = 0.1, vignetting_ = 0.2;
-  Person person_;
-  std::vector<Eigen::Vector2f> place_, shadow_;
-  std::vector<Eigen::Vector4f> person_place_;  ///< projector pixel (halved), point of the person's plane
+  double delay_ = 0, gamma_ = 2.2, ambient_ = 0.06, blur_ = 0.1, texture_ = 0.1, vignetting_ = 0.2,
+         displacement_ = 0;
+  static constexpr int kLattice = 60;
+  inline static const Eigen::Vector2f kUnlit{-1e4f, -1e4f};
+  test::PeopleBeforeWall people_;
+  Eigen::Vector3f eye_, lamp_;            ///< of the camera and of the projector, by the wall
+  Eigen::Vector2f size_;                  ///< of the content
+  std::vector<Eigen::Vector2f> lattice_;  ///< projector pixels (halved) over the content
+  std::vector<Eigen::Vector2f> place_, on_wall_;
   std::vector<float> albedo_, tones_, light_, grey_;
   ImageU8 game_[2], marked_;
 };

@@ -96,7 +96,7 @@ struct TrackedPose {
 };
 
 /// Every message that add() got is counted in exactly one of `taken` .. `pending`; a refused message leaves
-/// no trace in the pose. The last four are events.
+/// no trace in the pose. The last five are events.
 struct Faults {
   std::uint64_t taken = 0;       ///< in order and believed
   std::uint64_t reordered = 0;   ///< overtaken by a newer one, put in its place and believed
@@ -112,6 +112,8 @@ struct Faults {
   std::uint64_t clock_jumps = 0;  ///< times the sender's clock was set
   std::uint64_t stale = 0;        ///< gaps longer than stale_after, when they ended
   std::uint64_t lost = 0;         ///< sequence numbers that never came
+  /// Messages taken without their twist: over a second it contradicts their poses (drivers that fill in zeros, other axes).
+  std::uint64_t twists_ignored = 0;
 };
 
 class PROCAM_EXPORT PoseTrack {

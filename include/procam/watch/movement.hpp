@@ -13,6 +13,9 @@
 /// 1948). Without a movement the squared length is chi-square; its degrees of freedom are the directions that the cells
 /// determine to less than a bump.
 ///
+/// A surface has a second prior of 0.5 m and 0.3 radians, 1000 times rarer than a bump: its light is on something before it (a
+/// person, a board). Of both priors the explanation is the one that costs less.
+///
 /// Explanations are ordered by their evidence, the probability of the shifts over all movements that the prior allows. One
 /// is ruled out only if its best fit is worse than another's by more than chance allows (plausible()). On one plane a rig
 /// that moves and a surface that moves do the same to the light; so do a projector that moves along the line to the camera
@@ -44,6 +47,8 @@ struct Explanation {
   double probability = 0;   ///< among the explanations, all as probable before
   double error = 0;         ///< of the light across its surface, RMS over the measured cells, metres
   double error_sigma = 0;   ///< its standard deviation, RMS of the predicted one, metres
+  /// Of a surface: it is nearer by 0.1 m or more, and so may be something that stands before it.
+  bool is_before = false;
 };
 
 struct MovementOptions {

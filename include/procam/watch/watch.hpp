@@ -7,7 +7,9 @@
 ///
 /// Each image gives shifts of cells (cell_shifts.hpp). Those of one window (2 s) are averaged cell by cell and give one
 /// estimate (movement.hpp) and one test. Two windows in a row beyond the limit, with an error of at least `smallest_error`,
-/// raise the alarm. With a rate R of false alarms a week and N windows a week the limit of one window is at the probability
+/// raise the alarm; fifteen where the light may be on something that stands before a surface. An image whose shifts differ from
+/// those of its window begins the window anew. With a rate R of false alarms a week and N windows a week the limit of one window
+/// is at the probability
 ///
 ///   p = R / N,   N = 604800 s / window
 ///
@@ -124,11 +126,13 @@ class PROCAM_EXPORT Watch {
   double window_begin_ = -1;
   double used_time_ = 0;  ///< of the last usable image of the window, or its begin
   int window_images_ = 0;
+  Vec2 window_shift_ = Vec2::Zero();  ///< median of its first image, working pixels
   std::optional<double> usual_mean_;  ///< of images in which the content is seen, grey levels
   double usual_deviation_ = 0;
   std::optional<double> unlit_;  ///< grey level without the projector's light
   double switched_ = -1e9;       ///< when the room's light changed
   int moved_windows_ = 0, calm_windows_ = 0;
+  int sure_windows_ = 0;  ///< moved ones in a row that nothing before a surface explains
   bool is_alarm_ = false;
   bool has_jumped_ = false;         ///< since the light was last in place
   Vec6 last_moved_ = Vec6::Zero();  ///< of the projector, in the last window

@@ -23,7 +23,7 @@ def largest_by_content(lines):
     counts = {}
     for line in lines:
         fields = line.strip().split(",")
-        if len(fields) != 9 or fields[0] == "content":
+        if len(fields) != 10 or fields[0] == "content":
             continue
         content, installation, probability = fields[0], int(fields[1]), float(fields[5])
         x = -math.log(max(probability, 1e-300))

@@ -204,6 +204,27 @@ Test test_movement(const Problem& problem, const std::vector<Block>& blocks,
   return test;
 }
 
+double probability_of(const Test& test) {
+  return test.degrees_of_freedom > 0 ? internal::chi_square_tail(test.chi2, test.degrees_of_freedom) : 1;
+}
+
+/// The largest probability without one neighbourhood of cells. A few cells can be biased alike, at the outline of somebody who stands
+/// still; a movement shows in all of them.
+double without_any_neighbourhood(const Problem& problem, const std::vector<Block>& blocks,
+                                 const std::vector<double>& weights, double reach) {
+  double largest = 0;
+  for (const Shift& middle : problem.shifts) {
+    std::vector<double> others = weights;
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      const Vec2 way = problem.shifts[i].cell->pixel - middle.cell->pixel;
+      if (way.lpNorm<Eigen::Infinity>() <= reach) others[i] = 0;
+    }
+    if (others == weights) continue;
+    largest = std::max(largest, probability_of(test_movement(problem, blocks, others)));
+  }
+  return largest;
+}
+
 /// Mean and covariance of all that moved the block's thing: its bump, and what it was known to before.
 void add_movement(const Problem& problem, const Block& block, const Fit& fit, const MatX& covariance,
                   Explanation& result) {
@@ -365,8 +386,10 @@ MovementEstimate estimate_movement(const LightGeometry& geometry, const std::str
   const Test test = test_movement(problem, all, weights);
   estimate.chi2 = test.chi2;
   estimate.degrees_of_freedom = test.degrees_of_freedom;
-  if (test.degrees_of_freedom > 0)
-    estimate.probability = internal::chi_square_tail(test.chi2, test.degrees_of_freedom);
+  estimate.probability = probability_of(test);
+  constexpr double kSmall = 0.01;
+  if (estimate.probability < kSmall)
+    estimate.probability = without_any_neighbourhood(problem, all, weights, 2.5 * geometry.half_cell);
 
   estimate.explanations.push_back(explain(problem, {}, weights, "nothing", &estimate.delay));
   estimate.explanations.push_back(explain(problem, {all.front()}, weights, projector, nullptr));

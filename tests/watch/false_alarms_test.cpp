@@ -4,6 +4,7 @@
 /// PROCAM_WATCH_INSTALLATIONS, PROCAM_WATCH_FIRST: how many, and the first seed. A line for each window.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <random>
@@ -109,9 +110,8 @@ class Installation {
     blur_ = 0.05 + 0.15 * uniform();
     texture_ = 0.1 * uniform();
     vignetting_ = 0.3 * uniform();
-    // Means over a cell of 25 pixels have a standard deviation of 0.144 times this. Half of cell_sigma: neighbours are alike,
-    // so that movements are disturbed as by independent errors of cell_sigma.
-    displacement_ = 0.5 * known.cell_sigma / 0.144;
+    // RMS of half of cell_sigma: neighbours are alike, so that movements are disturbed as by independent errors of cell_sigma.
+    displacement_ = 0.5 * known.cell_sigma / 0.215;
     trace(camera, {true_projector.inverse_camera}, rig_from_projector, rig_from_wall, wall);
     surfaces.push_back({wall.name,
                         wall.rig_from_surface,
@@ -328,7 +328,45 @@ class Installation {
   ImageU8 game_[2], marked_;
 };
 
-/// A line for each window: content, installation, window, chi-square, degrees of freedom, probability, error in mm, alarm, cells.
+struct PeopleCase {
+  const char* name;
+  std::uint64_t seed;
+  Shown shown;
+  double from, to;
+  bool hides_all;
+};
+void PrintTo(const PeopleCase& c, std::ostream* out) {
+  *out << c.name;
+}
+class PeopleWhoStand : public ::testing::TestWithParam<PeopleCase> {};
+
+/// A group that hides all of the content shows it as a nearer wall would; the outline of one person disturbs some of few cells.
+TEST_P(PeopleWhoStand, AreNoMovement) {
+  const PeopleCase& c = GetParam();
+  const Pictures pictures;
+  Installation installation(c.seed, pictures);
+  Watch watch(installation.rig.camera(), installation.rig.projector());
+  watch.place(installation.surfaces);
+  double farthest = 0, last = 0;
+  int windows = 0;
+  for (double time = c.from; time < c.to; time += 2 / 3.0 + 1e-3) {
+    const ShownLight light = installation.light(c.shown, time);
+    const WatchReport report = watch.add(time, light, installation.image(light, time));
+    EXPECT_FALSE(report.is_alarm) << report.sentence;
+    farthest = std::max(farthest, report.median_shift.norm());
+    windows += report.window_time > last;
+    last = report.window_time;
+  }
+  EXPECT_GE(windows, 1);
+  EXPECT_EQ(farthest > 10, c.hides_all) << "median shift in camera pixels";
+}
+INSTANTIATE_TEST_SUITE_P(Watch, PeopleWhoStand,
+                         ::testing::Values(PeopleCase{"group", 59, Shown::kDarkGame, 18.713, 30.5, true},
+                                           PeopleCase{"outline", 9, Shown::kPausedGame, 15.3, 22.8, false}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+/// A line for each window: content, installation, window, chi-square, degrees of freedom, probability, error in mm, alarm, cells,
+/// whether the light may be on something before the wall.
 TEST(WatchFigures, Windows) {
   const auto number = [](const char* variable, int usual) {
     const char* text = std::getenv(variable);
@@ -337,7 +375,7 @@ TEST(WatchFigures, Windows) {
   const int first = number("PROCAM_WATCH_FIRST", 0), count = number("PROCAM_WATCH_INSTALLATIONS", 8);
   constexpr int kWindows = 5;  // of each content
   const Pictures pictures;
-  std::printf("content,installation,window,chi2,dof,probability,error_mm,alarm,cells\n");
+  std::printf("content,installation,window,chi2,dof,probability,error_mm,alarm,cells,before\n");
   for (int seed = first; seed < first + count; ++seed) {
     Installation installation(std::uint64_t(seed), pictures);
     for (const Shown shown :
@@ -351,9 +389,12 @@ TEST(WatchFigures, Windows) {
         const WatchReport report = watch.add(time, light, installation.image(light, time));
         if (!(report.window_time > last)) continue;
         last = report.window_time;
-        std::printf("%s,%d,%d,%.2f,%d,%.4g,%.3f,%d,%d\n", kShownNames[int(shown)], seed, window++,
-                    report.estimate->chi2, report.estimate->degrees_of_freedom, report.probability,
-                    1e3 * report.error, report.is_alarm, report.estimate->cells);
+        const auto causes = report.estimate->plausible();
+        std::printf(
+            "%s,%d,%d,%.2f,%d,%.4g,%.3f,%d,%d,%d\n", kShownNames[int(shown)], seed, window++,
+            report.estimate->chi2, report.estimate->degrees_of_freedom, report.probability,
+            1e3 * report.error, report.is_alarm, report.estimate->cells,
+            std::any_of(causes.begin(), causes.end(), [](const Explanation* one) { return one->is_before; }));
       }
       std::fflush(stdout);
     }

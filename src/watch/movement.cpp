@@ -389,7 +389,7 @@ MovementEstimate estimate_movement(const LightGeometry& geometry, const std::str
   estimate.probability = probability_of(test);
   constexpr double kSmall = 0.01;
   if (estimate.probability < kSmall)
-    estimate.probability = without_any_neighbourhood(problem, all, weights, 2.5 * geometry.half_cell);
+    estimate.of_others = without_any_neighbourhood(problem, all, weights, 2.5 * geometry.half_cell);
 
   estimate.explanations.push_back(explain(problem, {}, weights, "nothing", &estimate.delay));
   estimate.explanations.push_back(explain(problem, {all.front()}, weights, projector, nullptr));

@@ -14,6 +14,8 @@ constexpr double kWeek = 7 * 24 * 3600.0;
 constexpr int kAlarmWindows = 2;  ///< in a row
 /// In a row, of light that may be on something before a surface: people who stand there leave again.
 constexpr int kBeforeWindows = 15;
+constexpr double kMaxOfOthers =
+    1e-3;  ///< probability without any neighbourhood of cells: with more, few cells moved
 constexpr double kMaxStep =
     1.5;  ///< working pixels between the median shifts of a window's images: more is another view
 constexpr int kMinImages = 3;       ///< of a window
@@ -147,8 +149,8 @@ void Watch::end_window(double time) {
   // Cells that no movement explains tell of something else in the view: no movement, and none that can be excluded.
   if (estimate.scatter > kMaxScatter) return;
   const auto causes = estimate.plausible();
-  const bool moved = estimate.probability < window_limit_ && !causes.empty() &&
-                     causes.front()->error > options_.smallest_error;
+  const bool moved = estimate.probability < window_limit_ && estimate.of_others < kMaxOfOthers &&
+                     !causes.empty() && causes.front()->error > options_.smallest_error;
   const bool is_before =
       std::any_of(causes.begin(), causes.end(), [](const Explanation* one) { return one->is_before; });
   moved_windows_ = moved ? moved_windows_ + 1 : 0;

@@ -366,7 +366,7 @@ INSTANTIATE_TEST_SUITE_P(Watch, PeopleWhoStand,
                          [](const auto& info) { return std::string(info.param.name); });
 
 /// A line for each window: content, installation, window, chi-square, degrees of freedom, probability, error in mm, alarm, cells,
-/// whether the light may be on something before the wall.
+/// whether the light may be on something before the wall, probability without any neighbourhood of cells.
 TEST(WatchFigures, Windows) {
   const auto number = [](const char* variable, int usual) {
     const char* text = std::getenv(variable);
@@ -375,7 +375,7 @@ TEST(WatchFigures, Windows) {
   const int first = number("PROCAM_WATCH_FIRST", 0), count = number("PROCAM_WATCH_INSTALLATIONS", 8);
   constexpr int kWindows = 5;  // of each content
   const Pictures pictures;
-  std::printf("content,installation,window,chi2,dof,probability,error_mm,alarm,cells,before\n");
+  std::printf("content,installation,window,chi2,dof,probability,error_mm,alarm,cells,before,of_others\n");
   for (int seed = first; seed < first + count; ++seed) {
     Installation installation(std::uint64_t(seed), pictures);
     for (const Shown shown :
@@ -391,10 +391,11 @@ TEST(WatchFigures, Windows) {
         last = report.window_time;
         const auto causes = report.estimate->plausible();
         std::printf(
-            "%s,%d,%d,%.2f,%d,%.4g,%.3f,%d,%d,%d\n", kShownNames[int(shown)], seed, window++,
+            "%s,%d,%d,%.2f,%d,%.4g,%.3f,%d,%d,%d,%.4g\n", kShownNames[int(shown)], seed, window++,
             report.estimate->chi2, report.estimate->degrees_of_freedom, report.probability,
             1e3 * report.error, report.is_alarm, report.estimate->cells,
-            std::any_of(causes.begin(), causes.end(), [](const Explanation* one) { return one->is_before; }));
+            std::any_of(causes.begin(), causes.end(), [](const Explanation* one) { return one->is_before; }),
+            report.estimate->of_others);
       }
       std::fflush(stdout);
     }

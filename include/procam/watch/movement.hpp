@@ -11,8 +11,8 @@
 ///
 /// Test: the shifts are projected onto all that movements can do, after the known uncertainties (a score test, C. R. Rao,
 /// 1948). Without a movement the squared length is chi-square; its degrees of freedom are the directions that the cells
-/// determine to less than a bump. A probability below 0.01 must hold without any neighbourhood of 3 x 3 cells: `probability` is the
-/// largest of those. One cell in a shadow has much weight where the content has few.
+/// determine to less than a bump. A movement shows in all cells, and the outline of a person who stands still in a few: the
+/// test is repeated without each neighbourhood of 3 x 3 cells (`of_others`).
 ///
 /// A surface has a second prior of 0.5 m and 0.3 radians, 1000 times rarer than a bump: its light is on something before it (a
 /// person, a board). Of both priors the explanation is the one that costs less.
@@ -66,11 +66,13 @@ struct MovementOptions {
 };
 
 struct MovementEstimate {
-  int cells = 0;                          ///< that take part
-  int rejected = 0;                       ///< measured cells that contradict the others
-  double chi2 = 0;                        ///< of the test
-  int degrees_of_freedom = 0;             ///< 0: the cells determine nothing
-  double probability = 1;                 ///< of a chi2 as large without a movement; see above
+  int cells = 0;               ///< that take part
+  int rejected = 0;            ///< measured cells that contradict the others
+  double chi2 = 0;             ///< of the test
+  int degrees_of_freedom = 0;  ///< 0: the cells determine nothing
+  double probability = 1;      ///< of a chi2 as large without a movement
+  double of_others =
+      1;  ///< the largest probability without a neighbourhood of 3 x 3 cells; 1 where `probability` is 0.01 or more
   double scatter = 1;                     ///< residuals over their expected size, at least 1
   double delay = 0;                       ///< estimate, seconds: the camera saw later than assumed
   std::vector<Explanation> explanations;  ///< the most probable first; "nothing" is one of them

@@ -316,8 +316,8 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   Sigmas sigmas = sigmas_of(shaped, beyond);
   const std::vector<WeaklyObservable> open =
       regularise_weak_parameters(shaped, sigmas, start, beyond, known_camera.has_value(), options);
+  average_terms(shaped.data, options, beyond.any(), shaped.solution, sigmas.robust.devices);
   const Correspondences& data = shaped.data;
-  average_terms(data, options, shaped.solution, sigmas.robust.devices);
   const Solution& solution = shaped.solution;
   CalibrationResult result = describe(data, start, solution, sigmas.formal);
   result.solved = {data, solution.used, solution.state(), solution.options};

@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 
+#include "normal_equations.hpp"
 #include "prior_terms.hpp"
 #include "procam/calibrate/bundle.hpp"
+#include "residual_blocks.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -85,12 +87,32 @@ Normal averaged(const Normal& estimated) {
   return mixture;
 }
 
+/// Each measurement by as much as its prediction: the residuals stay.
+void move_pixels(const BundleState& before, const BundleState& after, Correspondences& data) {
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    const auto moved = [&](int device, const Vec3& in_rig) -> Vec2 {
+      const auto d = std::size_t(device);
+      const auto from = before.lens_in(v, d).project(before.device_from_rig[d] * in_rig),
+                 to = after.lens_in(v, d).project(after.device_from_rig[d] * in_rig);
+      return from && to ? Vec2(*to - *from) : Vec2(Vec2::Zero());
+    };
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (Observation& o : data.views[v].observations[d])
+        o.pixel += moved(int(d), before.rig_from_board[v] * before.point_in(v, std::size_t(o.point)));
+    for (LightPoint& light : data.views[v].light_points) {
+      const std::optional<Vec3> place = place_in_rig(before, int(v), light);
+      if (!place) continue;
+      light.camera_pixel += moved(light.camera, *place);
+      light.projector_pixel += moved(light.projector, *place);
+    }
+  }
+}
+
 }  // namespace
 
-void average_terms(const Correspondences& data, const Options& options, Solution& solution,
-                   NamedCovariance& covariance) {
-  std::vector<VecX> lenses;
-  for (const Camera& lens : solution.state().lenses) lenses.push_back(parameters_of(lens));
+void average_terms(Correspondences& data, const Options& options, bool has_residual_distortion,
+                   Solution& solution, NamedCovariance& covariance) {
+  VecX step = VecX::Zero(covariance.matrix.rows());
   BundleOptions fixed = solution.options;
   for (std::size_t first = 0; first < data.devices.size(); first += 2) {
     Terms terms;
@@ -104,7 +126,9 @@ void average_terms(const Correspondences& data, const Options& options, Solution
     MatX by_all(covariance.matrix.rows(), n);
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto t = std::size_t(i);
-      estimated.mean[i] = lenses[terms.device[t]][terms.positions[t]] / terms.prior[t];
+      estimated.mean[i] = (parameters_of(solution.state().lenses[terms.device[t]])[terms.positions[t]] +
+                           step[terms.rows[t]]) /
+                          terms.prior[t];
       by_all.col(i) = covariance.matrix.col(terms.rows[t]) / terms.prior[t];
     }
     for (Eigen::Index i = 0; i < n; ++i)
@@ -113,23 +137,29 @@ void average_terms(const Correspondences& data, const Options& options, Solution
     if (factors.info() != Eigen::Success) continue;
     const Normal mixture = averaged(estimated);
     const MatX regression = factors.solve(by_all.transpose()).transpose();
-    const VecX shift = mixture.mean - estimated.mean, step = regression * shift;
+    const VecX shift = mixture.mean - estimated.mean;
+    step += regression * shift;
     covariance.matrix += regression *
                          (mixture.covariance + shift * shift.transpose() - estimated.covariance) *
                          regression.transpose();
-    for (std::size_t d = 0; d < lenses.size(); ++d) {
-      const std::vector<std::string> names = parameter_names(solution.state().lenses[d]);
-      for (std::size_t i = 0; i < names.size(); ++i)
-        if (const auto row = covariance.index_of(data.devices[d].name + "." + names[i]))
-          lenses[d][Eigen::Index(i)] += step[*row];
-    }
     for (std::size_t t = 0; t < terms.names.size(); ++t)
       fixed.held[terms.device[t]].push_back(terms.names[t]);
   }
-  BundleState state = solution.state();
-  for (std::size_t d = 0; d < lenses.size(); ++d)
-    state.lenses[d] = with_parameters(state.lenses[d], lenses[d]);
-  solution.bundle.state = bundle_adjust(data, solution.used, state, fixed).state;
+  const BundleState before = solution.state();
+  const CommonParameters common(data, solution.used, before, solution.options);
+  VecX whole = VecX::Zero(common.size());
+  for (Eigen::Index i = 0; i < step.size(); ++i) {
+    const auto row = std::find(common.names.begin(), common.names.end(), covariance.names[std::size_t(i)]);
+    if (row != common.names.end()) whole[row - common.names.begin()] = step[i];
+  }
+  BundleState moved = common.moved(before, whole);
+  if (has_residual_distortion) {
+    move_pixels(before, moved, data);
+    solution.bundle.state = std::move(moved);
+    return;
+  }
+  moved.device_from_rig = before.device_from_rig;
+  solution.bundle.state = bundle_adjust(data, solution.used, moved, fixed).state;
 }
 
 }  // namespace procam::calibrate

@@ -51,6 +51,32 @@ TEST(ResidualDistortion, DoesNotPullTheLensesAndIsInTheirSigmas) {
   EXPECT_LT(ratio, 1.6);
 }
 
+/// Six precise rigs whose projector departs. Its skew and k3 are uncertain by the departure, and averaging them (term_averaging.hpp)
+/// is no reason to move the camera. (It was: the mean squared score of ten rigs was 6.2 instead of 1.3.)
+TEST(ResidualDistortion, OfTheProjectorIsNotExplainedByTheCamera) {
+  double squares = 0, worst = 0;
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    const NumericWorld world = NumericWorld::make_rig(10, 700 + seed, 0.01, 0.006);
+    Correspondences data = world.with_light_read_at_corners(seed);
+    const simulate::LensDeviation departure(world.projector.inverse_camera, 0.04, 60 + seed);
+    for (View& view : data.views)
+      for (Observation& o : view.observations[1]) o.pixel += departure.at(o.pixel);
+    const CalibrationResult result = calibrate_rig(data);
+    EXPECT_NE(result.diagnostics.find("residual_distortion"), nullptr) << seed;
+    const Camera& found = result.rig.camera().camera;
+    for (const char* name : {"cx", "cy"}) {
+      const double off = name[1] == 'x' ? found.intrinsics.cx - world.camera.intrinsics.cx
+                                        : found.intrinsics.cy - world.camera.intrinsics.cy;
+      const auto row = Eigen::Index(*result.rig.covariance.index_of(std::string("camera.") + name));
+      const double score = off * off / result.rig.covariance.matrix(row, row);
+      squares += score / 12, worst = std::max(worst, score);
+    }
+  }
+  // Of twelve scores a mean of 3 comes up once in 3000 runs.
+  EXPECT_LT(squares, 3);
+  EXPECT_LT(worst, 4 * 4);
+}
+
 /// Forty rigs of exact models: one in 10^4 is stated, so that a single false one has a probability of 1 %.
 TEST(ResidualDistortion, IsNotFoundWhereThereIsNone) {
   int told = 0;

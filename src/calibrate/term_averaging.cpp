@@ -153,7 +153,9 @@ void average_terms(Correspondences& data, const Options& options, bool has_resid
     if (row != common.names.end()) whole[row - common.names.begin()] = step[i];
   }
   BundleState moved = common.moved(before, whole);
-  if (has_residual_distortion) {
+  // What a user knows ties parameters together that the regression would not keep so.
+  const bool is_tied = !options.camera.priors.empty() || !options.projector.priors.empty();
+  if (has_residual_distortion && !is_tied) {
     move_pixels(before, moved, data);
     solution.bundle.state = std::move(moved);
     return;

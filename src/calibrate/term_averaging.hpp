@@ -24,11 +24,13 @@
 namespace procam::calibrate {
 
 /// Moves the solution to the averaged terms and `covariance`, rows as bundle_covariance's, with it. The other parameters are solved
-/// for again with these fixed, and the same measurements take part. Where lenses depart from their models, the covariance is
-/// above all what that leaves open: the other parameters follow by the regression, and the rest is the residual distortion's, so that the
-/// pixels of `data` move with the lenses. (Solved for again, everything else would have to explain it: cameras were five sigmas off.)
-/// Terms that the user fixed or knows something of stay as they are, and so do those without a prior (radial terms of rational
-/// lenses). Two lenses at a time.
+/// for again with these fixed, and the same measurements take part. Terms that the user fixed or knows something of stay as they
+/// are, and so do those without a prior (radial terms of rational lenses). Two lenses at a time.
+///
+/// Where lenses depart from their models, the covariance is above all what that leaves open. Solved for again, all else would
+/// have to explain what the terms give up: cameras were five sigmas off. So the other parameters follow by the regression, and
+/// the rest is the residual distortion's: the pixels of `data` move with the lenses, and the residuals stay. With priors of the
+/// user, which tie parameters together, all is solved for again.
 void average_terms(Correspondences& data, const Options& options, bool has_residual_distortion,
                    Solution& solution, NamedCovariance& covariance);
 

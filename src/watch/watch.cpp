@@ -218,14 +218,18 @@ WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
   const std::optional<WatchState> lost = view_state(time, compared);
   if (window_begin_ < 0 || time - used_time_ > kMaxGap) begin_window(time);
   if (!lost) {
-    std::vector<double> x, y;
+    std::vector<double> x, y, by_delay;
     for (const CellShift& cell : compared.cells)
-      if (cell.state == CellState::kMeasured) x.push_back(cell.shift.x()), y.push_back(cell.shift.y());
+      if (cell.state == CellState::kMeasured)
+        x.push_back(cell.shift.x()), y.push_back(cell.shift.y()), by_delay.push_back(cell.by_delay.norm());
     const Vec2 middle(median_or(std::move(x), 0.0), median_or(std::move(y), 0.0));
     report.median_shift = geometry_.average * middle;
     start_ = middle;
     used_time_ = time;
-    if (window_images_ > 0 && (middle - window_shift_).norm() > kMaxStep) begin_window(time);
+    // Content that moves is displaced by what the moment of exposure is off.
+    const double max_step =
+        kMaxStep + 4 * options_.movement.delay_sigma * median_or(std::move(by_delay), 0.0);
+    if (window_images_ > 0 && (middle - window_shift_).norm() > max_step) begin_window(time);
     if (window_images_ == 0) window_shift_ = middle;
     if (options_.locates_rig) {
       report.rig = rig_information(geometry_, compared.cells, options_.movement);

@@ -121,12 +121,13 @@ class RobotWorld {
       for (int k = 0; k < 3; ++k)
         std::copy_n(&one.at(0, y, 0), 3 * one.width(), &wide.at(k * one.width(), y, 0));
     Scene scene;
+    ++revisions_;  // pictures have the same memory one after the other
     for (const Mural& wall : c_.walls) {
       PlacedPlane placed;
       placed.plane_from_content = Vec3(wall.size.x(), wall.size.y(), 1).asDiagonal();
       placed.projector_from_surface =
           world_from_projector(world_from_base).inverse() * wall.world_from_surface;
-      scene.items.push_back({placed, wide.view()});
+      scene.items.push_back({placed, wide.view(), revisions_});
     }
     ImageU8 drawn(rig_.projector().projector.size(), 3);
     renderer_.render(scene, rig_.projector().projector, drawn);
@@ -136,6 +137,7 @@ class RobotWorld {
   double error_mm(const Pose& truth, const Pose& believed) const;
 
   RobotConditions c_;
+  std::uint64_t revisions_ = 0;
   Rig rig_;
   MarkerMap map_;
   MarkerCells cells_;

@@ -109,6 +109,32 @@ TEST(Watch, AnImageEverySecondOrTwoSuffices) {
   EXPECT_EQ(report.state, WatchState::kMoved) << report.sentence;
 }
 
+/// Content runs by at more than 400 pixels a second, and the camera sees it four milliseconds earlier or later: its shifts jump by
+/// more than those of people who come and go.
+TEST(Watch, FastContentSeenAtAnImpreciseMomentIsMeasured) {
+  WorldOptions options;
+  options.content = Content::kScroll;
+  options.seed = 5;
+  WatchedWorld world(options);
+  Watch watch(world.rig().camera(), world.rig().projector());
+  watch.place(world.surfaces());
+  constexpr double kFaster = 12, kApart = 1 / 60.0;
+  double jump = 0;
+  Vec2 last = Vec2::Zero();
+  WatchReport report;
+  for (int k = 0; k < 24; ++k) {
+    const double time = 0.5 + 0.2 * k, content = kFaster * time;
+    const ImageU8 frame = world.draw(content), next = world.draw(content + kFaster * kApart),
+                  seen = world.draw(content + kFaster * (k % 2 == 0 ? 0.004 : -0.004));
+    report = watch.add(time, {frame, next, 0, kApart}, world.image(seen, time));
+    if (k > 0) jump = std::max(jump, (report.median_shift - last).norm());
+    last = report.median_shift;
+  }
+  EXPECT_GT(jump, 2);
+  EXPECT_GT(report.window_time, 0);
+  EXPECT_FALSE(report.is_alarm) << report.sentence;
+}
+
 TEST(Watch, APlainColourHasNoTexture) {
   WorldOptions options;
   options.content = Content::kPlain;

@@ -199,11 +199,12 @@ class WatchedWorld {
   ImageU8 draw(double time) {
     const ImageU8 content = picture(options_.content, time, options_.seed, options_.plain);
     Scene scene;
+    ++revisions_;  // pictures have the same memory one after the other
     for (const Wall& wall : options_.walls) {
       PlacedPlane placed;
       placed.plane_from_content = Vec3(wall.size.x(), wall.size.y(), 1).asDiagonal();
       placed.projector_from_surface = believed_rig_from_projector.inverse() * wall.rig_from_surface;
-      scene.items.push_back({placed, content.view()});
+      scene.items.push_back({placed, content.view(), revisions_});
     }
     ImageU8 drawn(rig_.projector().projector.size(), 3);
     renderer_.render(scene, rig_.projector().projector, drawn);
@@ -270,6 +271,7 @@ class WatchedWorld {
     return one;
   }()};
   Marks marks_;
+  std::uint64_t revisions_ = 0;
   struct Drawn {
     long key = -1;
     Pose rig_from_projector;

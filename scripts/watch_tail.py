@@ -5,8 +5,9 @@
 
 The windows of one installation and content have most of their errors in common. So each installation counts once for a
 content, with its largest statistic x = -ln(probability). Without errors of the model x of one window is exponential with
-mean 1. Windows whose light may be on something before the wall have their own alarm, and a window
-in which few cells moved has none: both are counted and not fitted. The values above their median are fitted by u + exponential(b). The probability of x > -ln(limit) is then
+mean 1. Windows whose light may be on something before the wall have their own alarm, and one beyond the limit in which few
+cells moved has none: both are counted and not fitted. The values above their median are fitted by u + exponential(b). The
+probability of x > -ln(limit) is then
 
     0.5 exp(-(-ln(limit) - u) / b)
 
@@ -17,6 +18,7 @@ import random
 import sys
 
 WEEK_S, WINDOW_S = 604800, 2.0
+LIMIT = WINDOW_S / WEEK_S
 MAX_OF_OTHERS = 1e-3  # as in src/watch/watch.cpp
 
 
@@ -29,7 +31,7 @@ def largest_by_content(lines):
         if len(fields) != 11 or fields[0] == "content":
             continue
         content, installation, probability = fields[0], int(fields[1]), float(fields[5])
-        if fields[9] == "1" or (probability < 0.01 and float(fields[10]) >= MAX_OF_OTHERS):
+        if fields[9] == "1" or (probability < LIMIT and float(fields[10]) >= MAX_OF_OTHERS):
             not_fitted[content] = not_fitted.get(content, 0) + 1
             continue
         x = -math.log(max(probability, 1e-300))
@@ -47,9 +49,9 @@ def tail(sample):
     return u, sum(above) / len(above) if above else 1e-9
 
 
-def log10_beyond(sample, limit):
+def log10_beyond(sample):
     u, b = tail(sample)
-    way = -math.log(limit) - u
+    way = -math.log(LIMIT) - u
     return (math.log(0.5) - max(0.0, way) / b) / math.log(10)
 
 
@@ -61,7 +63,6 @@ def following(windows, level):
 
 
 def main():
-    limit = WINDOW_S / WEEK_S
     values, windows, not_fitted = largest_by_content(sys.stdin)
     if not values:
         sys.exit("watch_tail: no lines of WatchFigures.Windows on the standard input")
@@ -69,15 +70,15 @@ def main():
     for content, one in values.items():
         sample = list(one.values())
         u, b = tail(sample)
-        drawn = sorted(log10_beyond([chance.choice(sample) for _ in sample], limit) for _ in range(2000))
+        drawn = sorted(log10_beyond([chance.choice(sample) for _ in sample]) for _ in range(2000))
         all_x = [x for _, _, x, _ in windows[content]]
         both, beyond = following(windows[content], math.log(10))
         print(f"{content}: {len(sample)} installations, {len(all_x)} windows, "
               f"p < 0.1 in {sum(x > math.log(10) for x in all_x)}, < 0.01 in {sum(x > math.log(100) for x in all_x)}, "
               f"smallest p {math.exp(-max(all_x)):.2g}; of {beyond} below 0.1 the next was too in {both}; "
               f"alarms {sum(a for _, _, _, a in windows[content])}; {not_fitted.get(content, 0)} other windows")
-        print(f"  largest of an installation: u {u:.2f}, b {b:.2f}; log10 of the probability beyond {limit:.2g}: "
-              f"{log10_beyond(sample, limit):.1f} (90 %: {drawn[100]:.1f} to {drawn[1899]:.1f})")
+        print(f"  largest of an installation: u {u:.2f}, b {b:.2f}; log10 of the probability beyond {LIMIT:.2g}: "
+              f"{log10_beyond(sample):.1f} (90 %: {drawn[100]:.1f} to {drawn[1899]:.1f})")
 
 
 main()

@@ -18,6 +18,13 @@ void make_symmetric(Matrix& m) {
 
 }  // namespace
 
+ReckoningNoise reckoning_noise(const Vec6& localiser_sigma, double correlation, double turn_sigma,
+                               double speed_sigma) {
+  Vec6 twist;
+  twist << Vec3::Constant(turn_sigma), Vec3::Constant(speed_sigma);
+  return {localiser_sigma.cwiseAbs2(), correlation, twist.cwiseAbs2()};
+}
+
 void TwistCheck::keep(const Moment& moment) {
   if (count_ == kept_.size()) std::rotate(kept_.begin(), kept_.begin() + 1, kept_.end());
   count_ = std::min(count_ + 1, kept_.size());

@@ -33,6 +33,10 @@ struct ReckoningNoise {
   Vec6 twist;              ///< variances of a message's twist
 };
 
+/// From standard deviations of the localiser's error and of a twist: [rotation, translation], metres and radians.
+ReckoningNoise reckoning_noise(const Vec6& localiser_sigma, double correlation, double turn_sigma,
+                               double speed_sigma);
+
 /// Whether the twists tell the way: some drivers fill in zeros, or the twist by other axes. Compared are the ways of the last
 /// second by the twists and by the localised poses, within six standard deviations and a tenth of the way. Allocates nothing.
 class TwistCheck {

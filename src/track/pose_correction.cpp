@@ -28,14 +28,11 @@ Pose with_error(const Pose& pose, const Vec6& error) {
 }
 
 ReckoningNoise noise_of(const PoseCorrectionOptions& options) {
-  ReckoningNoise noise;
-  noise.localiser << options.tilt_sigma, options.tilt_sigma, options.rotation_sigma, options.position_sigma,
+  Vec6 sigma;
+  sigma << options.tilt_sigma, options.tilt_sigma, options.rotation_sigma, options.position_sigma,
       options.position_sigma, options.height_sigma;
-  noise.localiser = noise.localiser.cwiseAbs2().eval();
-  noise.correlation = options.correlation;
-  noise.twist << Vec3::Constant(options.track.turn_sigma), Vec3::Constant(options.track.speed_sigma);
-  noise.twist = noise.twist.cwiseAbs2().eval();
-  return noise;
+  return internal::reckoning_noise(sigma, options.correlation, options.track.turn_sigma,
+                                   options.track.speed_sigma);
 }
 
 /// The left increment [w, d - w x p] of an error at p is of the same rotation about the world's origin.

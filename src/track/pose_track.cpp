@@ -69,13 +69,9 @@ double smooth_step(double x) {
 
 /// A localiser may be off by some 20 mm and a degree, for seconds: that is not a wrong twist.
 internal::ReckoningNoise twist_noise(const TrackOptions& options) {
-  internal::ReckoningNoise noise;
-  noise.localiser << Vec3::Constant(0.0175), Vec3::Constant(0.02);
-  noise.localiser = noise.localiser.cwiseAbs2().eval();
-  noise.correlation = 3;
-  noise.twist << Vec3::Constant(options.turn_sigma), Vec3::Constant(options.speed_sigma);
-  noise.twist = noise.twist.cwiseAbs2().eval();
-  return noise;
+  Vec6 sigma;
+  sigma << Vec3::Constant(0.0175), Vec3::Constant(0.02);
+  return internal::reckoning_noise(sigma, 3, options.turn_sigma, options.speed_sigma);
 }
 
 }  // namespace

@@ -113,7 +113,6 @@ void print(const show::ShowReport& report, const show::ShowOptions& options, Con
   print_durations("pose_age", m.pose_age, console);
   print_durations("pose_to_frame", m.pose_to_frame, console);
   print_faults(m, console);
-  const track::Faults& f = report.poses;
   const std::pair<const char*, std::uint64_t> counts[] = {
       {"frames", m.frames},       {"dropped", m.dropped},
       {"blanked", m.blanked},     {"waiting", m.waiting},
@@ -121,21 +120,8 @@ void print(const show::ShowReport& report, const show::ShowOptions& options, Con
       {"reloads", m.reloads},     {"failed_reloads", m.failed_reloads},
       {"poses/arrived", m.poses}, {"poses/malformed", m.malformed}};
   for (const auto& [name, count] : counts) console.summary().set(std::string("/") + name, double(count));
-  const std::pair<const char*, std::uint64_t> faults[] = {{"taken", f.taken},
-                                                          {"reordered", f.reordered},
-                                                          {"late", f.late},
-                                                          {"duplicated", f.duplicated},
-                                                          {"outliers", f.outliers},
-                                                          {"doubtful", f.doubtful},
-                                                          {"invalid", f.invalid},
-                                                          {"foreign", f.foreign},
-                                                          {"lost", f.lost},
-                                                          {"stale", f.stale},
-                                                          {"map_jumps", f.map_jumps},
-                                                          {"clock_jumps", f.clock_jumps},
-                                                          {"twists_ignored", f.twists_ignored}};
   std::string words;
-  for (const auto& [name, count] : faults) {
+  for (const auto& [name, count] : named_counts(report.poses)) {
     console.summary().set(std::string("/poses/") + name, double(count));
     if (count > 0) words += format("%s%s %llu", words.empty() ? "" : ", ", name, (unsigned long long)count);
   }

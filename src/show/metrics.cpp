@@ -196,20 +196,10 @@ std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
   text +=
       "# HELP procam_pose_faults_total Good messages that were not simply taken, and events of the poses.\n"
       "# TYPE procam_pose_faults_total counter\n";
-  const std::pair<const char*, std::uint64_t> pose_faults[] = {{"reordered", poses.reordered},
-                                                               {"late", poses.late},
-                                                               {"duplicated", poses.duplicated},
-                                                               {"outliers", poses.outliers},
-                                                               {"doubtful", poses.doubtful},
-                                                               {"invalid", poses.invalid},
-                                                               {"foreign", poses.foreign},
-                                                               {"lost", poses.lost},
-                                                               {"stale", poses.stale},
-                                                               {"map_jumps", poses.map_jumps},
-                                                               {"clock_jumps", poses.clock_jumps},
-                                                               {"twists_ignored", poses.twists_ignored}};
-  for (const auto& [name, count] : pose_faults)
+  for (const auto& [name, count] : named_counts(poses)) {
+    if (name == std::string("taken")) continue;
     text += "procam_pose_faults_total{name=\"" + std::string(name) + "\"} " + std::to_string(count) + "\n";
+  }
   if (m.watch) write(text, *m.watch);
   if (!m.moving.empty()) write(text, m.moving);
   if (m.group) write(text, *m.group);

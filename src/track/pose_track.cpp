@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dead_reckoning.hpp"
+#include "history.hpp"
 #include "motion_bank.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/track/detail/message_check.hpp"
@@ -15,11 +16,11 @@
 namespace procam::track {
 namespace {
 
+using internal::History;
 using internal::Kept;
 using internal::Measured;
 using internal::Mixed;
 
-constexpr std::size_t kKept = 128;  ///< messages: 0.6 s at 200 Hz
 constexpr std::size_t kSeen = 128;  ///< stamps in which duplicates are looked for
 constexpr double kLatest = 1;       ///< seconds behind the newest message: older ones say nothing of now
 
@@ -35,33 +36,6 @@ Mat6 positive_part(const Mat6& m) {
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).asDiagonal() *
          solver.eigenvectors().transpose();
 }
-
-/// The messages that are kept, oldest first.
-class History {
- public:
-  History() : ring_(kKept) {}
-  bool empty() const { return count_ == 0; }
-  std::size_t size() const { return count_; }
-  Kept& operator[](std::size_t i) { return ring_[(first_ + i) % kKept]; }
-  const Kept& operator[](std::size_t i) const { return ring_[(first_ + i) % kKept]; }
-  const Kept& newest() const { return (*this)[count_ - 1]; }
-  void clear() { count_ = 0; }
-  /// Room for one at position i; the oldest goes when all is full.
-  std::size_t insert(std::size_t i) {
-    if (count_ == kKept) {
-      first_ = (first_ + 1) % kKept;
-      --count_;
-      --i;
-    }
-    ++count_;
-    for (std::size_t k = count_ - 1; k > i; --k) (*this)[k] = (*this)[k - 1];
-    return i;
-  }
-
- private:
-  std::vector<Kept> ring_;
-  std::size_t first_ = 0, count_ = 0;
-};
 
 double smooth_step(double x) {
   return x * x * (3 - 2 * x);
@@ -106,6 +80,22 @@ const char* to_string(TrackState state) {
       return "stale";
   }
   return "unknown";
+}
+
+std::vector<std::pair<const char*, std::uint64_t>> named_counts(const Faults& f) {
+  return {{"taken", f.taken},
+          {"reordered", f.reordered},
+          {"late", f.late},
+          {"duplicated", f.duplicated},
+          {"outliers", f.outliers},
+          {"doubtful", f.doubtful},
+          {"invalid", f.invalid},
+          {"foreign", f.foreign},
+          {"lost", f.lost},
+          {"stale", f.stale},
+          {"map_jumps", f.map_jumps},
+          {"clock_jumps", f.clock_jumps},
+          {"twists_ignored", f.twists_ignored}};
 }
 
 struct PoseTrack::Impl {

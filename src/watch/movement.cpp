@@ -173,10 +173,8 @@ struct Reduced {
   VecX score;
 };
 
-Reduced reduced(const Problem& problem, const std::vector<Block>& blocks,
-                const std::vector<double>& weights) {
-  const Eigen::Index size = 6 * Eigen::Index(blocks.size()), first = problem.known_size();
-  const Whitened system(problem, blocks);
+Reduced reduced(const Problem& problem, const Whitened& system, const std::vector<double>& weights) {
+  const Eigen::Index first = problem.known_size(), size = system.columns.cols() - first;
   const MatX weighted = system.by_row(weights).asDiagonal() * system.columns;
   MatX normal = system.columns.transpose() * weighted;
   normal.topLeftCorner(first, first).diagonal().array() += 1;
@@ -188,9 +186,8 @@ Reduced reduced(const Problem& problem, const std::vector<Block>& blocks,
 }
 
 /// The score test of all blocks together.
-Test test_movement(const Problem& problem, const std::vector<Block>& blocks,
-                   const std::vector<double>& weights) {
-  const Reduced moved = reduced(problem, blocks, weights);
+Test test_movement(const Problem& problem, const Whitened& system, const std::vector<double>& weights) {
+  const Reduced moved = reduced(problem, system, weights);
   const VecX& score = moved.score;
   const Eigen::SelfAdjointEigenSolver<MatX> eigen(moved.information);
   Test test;
@@ -210,7 +207,7 @@ double probability_of(const Test& test) {
 
 /// The largest probability without one neighbourhood of cells. A few cells can be biased alike, at the outline of somebody who stands
 /// still; a movement shows in all of them.
-double without_any_neighbourhood(const Problem& problem, const std::vector<Block>& blocks,
+double without_any_neighbourhood(const Problem& problem, const Whitened& system,
                                  const std::vector<double>& weights, double reach) {
   double largest = 0;
   for (const Shift& middle : problem.shifts) {
@@ -220,7 +217,7 @@ double without_any_neighbourhood(const Problem& problem, const std::vector<Block
       if (way.lpNorm<Eigen::Infinity>() <= reach) others[i] = 0;
     }
     if (others == weights) continue;
-    largest = std::max(largest, probability_of(test_movement(problem, blocks, others)));
+    largest = std::max(largest, probability_of(test_movement(problem, system, others)));
   }
   return largest;
 }
@@ -383,13 +380,14 @@ MovementEstimate estimate_movement(const LightGeometry& geometry, const std::str
     estimate.weights[problem.shifts[i].given] = weights[i];
     ++(weights[i] > 0 ? estimate.cells : estimate.rejected);
   }
-  const Test test = test_movement(problem, all, weights);
+  const Whitened system(problem, all);
+  const Test test = test_movement(problem, system, weights);
   estimate.chi2 = test.chi2;
   estimate.degrees_of_freedom = test.degrees_of_freedom;
   estimate.probability = probability_of(test);
   constexpr double kSmall = 0.01;
   if (estimate.probability < kSmall)
-    estimate.of_others = without_any_neighbourhood(problem, all, weights, 2.5 * geometry.half_cell);
+    estimate.of_others = without_any_neighbourhood(problem, system, weights, 2.5 * geometry.half_cell);
 
   estimate.explanations.push_back(explain(problem, {}, weights, "nothing", &estimate.delay));
   estimate.explanations.push_back(explain(problem, {all.front()}, weights, projector, nullptr));
@@ -423,7 +421,7 @@ RigInformation rig_information(const LightGeometry& geometry, const std::vector<
   for (const double weight : weights) result.cells += weight > 0 ? 1 : 0;
   Block unit = bump;
   unit.root.setIdentity();
-  const Reduced moved = reduced(problem, {unit}, weights);
+  const Reduced moved = reduced(problem, Whitened(problem, {unit}), weights);
   result.information = 0.5 * (moved.information + moved.information.transpose());
   result.score = moved.score;
   return result;

@@ -37,6 +37,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "procam/core/base/export.hpp"
 #include "procam/track/clock.hpp"
@@ -115,6 +117,8 @@ struct Faults {
   /// Messages taken without their twist: over a second it contradicts their poses (drivers that fill in zeros, other axes).
   std::uint64_t twists_ignored = 0;
 };
+/// Name and value of each count but `pending`: for reports and metrics.
+PROCAM_EXPORT std::vector<std::pair<const char*, std::uint64_t>> named_counts(const Faults& faults);
 
 class PROCAM_EXPORT PoseTrack {
  public:

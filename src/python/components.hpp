@@ -34,6 +34,8 @@ void bind_analyze(pybind11::module_& m);
 void bind_analyze_projection(pybind11::module_& m);
 void bind_report(pybind11::module_& m);
 void bind_show(pybind11::module_& m);
+void bind_people(pybind11::module_& m);
+void bind_watch(pybind11::module_& m);
 void bind_mount(pybind11::module_& package);
 void bind_update(pybind11::module_& package);
 

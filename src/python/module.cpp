@@ -156,6 +156,10 @@ PYBIND11_MODULE(_procam, module) {
   bind_report(report);
   py::module_ show = submodule(package, "show", "Content on surfaces, live.");
   bind_show(show);
+  py::module_ people = submodule(package, "people", "Skeletons over time, and light kept off people.");
+  bind_people(people);
+  py::module_ watch = submodule(package, "watch", "Where the light of a running show is, by a camera.");
+  bind_watch(watch);
   bind_mount(package);
   bind_update(package);
 }

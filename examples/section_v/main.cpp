@@ -217,8 +217,8 @@ Outcome evaluate_measured(const Flags& flags) {
     if (!one.turn) continue;
     const double share = 100 * one.turn->explained, degrees = one.turn->rotation.norm() / kDegree;
     outcome.verdict.push_back(format(
-        "%s: all light turned by %.2f degrees would explain %.0f %% of the squared error and leave %.2f mm "
-        "(rms)%s",
+        "%s: a common rotation of the projector by %.2f degrees would explain %.0f %% of the squared error; "
+        "%.2f mm RMS remain%s",
         one.sheet.name.c_str(), degrees, share, one.turn->rest_mm,
         share > 50 ? ": the projector's direction is what to fix, by verify-projection or a new calibration."
                    : ": the error is not a common one; look at the pose of each placement."));

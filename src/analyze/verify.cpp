@@ -319,11 +319,11 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
             "focus or lens shift has changed; then calibrate again");
   if (rig.covariance.empty())
     remarks.warn("rig_taken_as_exact",
-                 "the rig file has no covariance: its own error counts as drift; calibrate with "
-                 "calibrate-projector to have it");
+                 "the rig file states no uncertainty, so calibration error is reported as drift; calibrate with "
+                 "calibrate-projector, which writes the covariance");
   if (surface.rig_from_surface.covariance.isZero(0) && surface.jacobian_camera.size() == 0)
     remarks.warn("surface_taken_as_exact",
-                 "nothing states how well the surface's pose is known: its error counts as drift; state it "
+                 "the surface's pose has no uncertainty, so its error is reported as drift; state it "
                  "(--map-sigma 5mm,0.2deg)");
 }
 

@@ -137,7 +137,7 @@ LensTrial try_lens(const Correspondences& data, const Solution& solution, std::s
     if (!(trial.told.holdout_px <= data.devices[device].size.width)) {
       trial.held_out.clear();
       trial.told.holdout_px = std::nan("");
-      if (trial.told.ruled_out.empty()) trial.told.ruled_out = "not determined once a view is held out";
+      if (trial.told.ruled_out.empty()) trial.told.ruled_out = "not determined without every view";
     }
   } catch (const Error&) {
     trial.held_out.clear();
@@ -216,7 +216,7 @@ std::vector<LensAlternative> choose_lenses(const Correspondences& data, const Us
       trial.told.by_view = squares_by_view(data, all, next, variance, trial.held_out);
       if (trial.told.ruled_out.empty() &&
           trial.told.by_view.size() != groups_left(next.options, trials[usual].held_out))
-        trial.told.ruled_out = "not determined once a view is held out";
+        trial.told.ruled_out = "not determined without every view";
     }
     const std::size_t chosen = choose(trials, usual);
     trials[chosen].told.chosen = true;

@@ -378,13 +378,13 @@ const std::vector<PatternRow>& pattern_table() {
       {"gray", "stripes in black and white, 42 frames for 1024x768; the most robust", make_gray},
       {"phase", "cosine waves, 32 frames for 1024x768; needs a projector or camera without clipped greys",
        make_phase},
-      {"gray+phase", "both, 46 frames for 1024x768; for cameras that cannot tell the waves' number otherwise",
+      {"gray+phase", "both, 46 frames for 1024x768; where phase unwrapping is ambiguous",
        make_gray_phase},
-      {"chessboard", "a chessboard of light beside the print, 2 frames, or 1 with chessboard:colour",
+      {"chessboard", "a projected chessboard next to the printed one, 2 frames, or 1 with chessboard:colour",
        make_chessboard},
       {"charuco", "the same with markers: a part of it on the paper is enough", make_charuco},
-      {"markers", "a grid of markers of light beside the print; a part is enough", make_markers},
-      {"circles", "staggered discs of light beside the print, all on the paper", make_circles},
+      {"markers", "a projected grid of markers next to the print; a part is enough", make_markers},
+      {"circles", "projected staggered discs next to the print, all on the paper", make_circles},
   };
   return table;
 }

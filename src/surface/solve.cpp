@@ -30,8 +30,8 @@ Pose projector_from_frame(const Surface& surface, const std::string& frame, cons
                 "it is placed in the unknown frame '" + frame + "'", "use world, rig or projector");
   if (!projector_from_world)
     throw Error(ErrorKind::kInput, "surface '" + surface.name + "'",
-                "it is placed in the world, and where the projector stands there is not known",
-                "give --pose with projector_from_world");
+                "it is in world coordinates, but the projector's pose is unknown",
+                "give --pose pose.json with projector_from_world; locate-projector writes it");
   return *projector_from_world;
 }
 

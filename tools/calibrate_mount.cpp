@@ -43,7 +43,7 @@ PoseWithCovariance load_prior(const MountFlags& flags) {
   }
   if (prior.covariance.isZero(0))
     throw Error(ErrorKind::kInput, flags.prior, "it has no covariance",
-                "say how well it is known: --prior-sigma 20mm,2deg");
+                "state how well it is known: --prior-sigma 20mm,2deg");
   return prior;
 }
 

@@ -22,7 +22,7 @@ void declare(CLI::App& app, Flags& flags) {
                  "rig.json, or a calibration of OpenCV, ROS, Kalibr, mrcal, COLMAP, or K and D")
       ->required();
   add_parsed(
-      app, "--to",
+      app, "--format",
       [&](const std::string& text) {
         if (text != "procam") flags.format = io::parse_calibration_format(text);
       },
@@ -53,7 +53,7 @@ void declare(CLI::App& app, Flags& flags) {
 ExitCode convert(const Flags& flags, Console& console) {
   const Rig rig = io::load_calibration(flags.input, flags.context);
   if (!flags.format && flags.output.empty())
-    throw Error(ErrorKind::kInput, "--to procam", "a rig is written to a file", "give -o rig.json");
+    throw Error(ErrorKind::kInput, "--format procam", "a rig is written to a file", "give -o rig.json");
   Diagnostics diagnostics;
   if (!flags.format) {
     io::save_rig(flags.output, rig);

@@ -51,7 +51,7 @@ void declare(CLI::App& app, Flags& flags) {
         flags.grid = surface::MeshGrid{cells.width, cells.height};
       },
       "Cells of an .obj of a plane: across and down [64x36]");
-  app.add_option("--blend", flags.blend.others,
+  app.add_option("--blend-with", flags.blend.others,
                  "Solved surfaces of another projector of the rig, once for each: the alpha of an .mpcdi is "
                  "this projector's share of the light");
 }
@@ -72,7 +72,7 @@ void require_fitting_flags(const Flags& flags, const std::string& extension) {
   if (flags.profile && extension != ".mpcdi") refuse("--profile", ".mpcdi");
   if (flags.up && extension != ".mpcdi") refuse("--world-up", ".mpcdi");
   if (flags.grid && extension != ".obj") refuse("--grid", ".obj");
-  if (flags.blend.given() && extension != ".mpcdi") refuse("--blend", ".mpcdi");
+  if (flags.blend.given() && extension != ".mpcdi") refuse("--blend-with", ".mpcdi");
 }
 
 const SolvedSurface& pick(const SolvedSurfaceSet& solved, const std::string& name) {

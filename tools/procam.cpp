@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/detail/edit_distance.hpp"
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -97,6 +99,13 @@ bool is_tool(const std::string& name) {
   });
 }
 
+std::vector<std::string> tool_names() {
+  std::vector<std::string> names;
+  for (const Group& group : groups())
+    for (const Task& task : group.tasks) names.emplace_back(task.tool);
+  return names;
+}
+
 /// Tools that share a word with the name: "calibrate" and "projector-calibrate" have calibrate-projector.
 std::string similar_tools(const std::string& name) {
   std::string found;
@@ -155,7 +164,8 @@ int main(int argc, char** argv) {
     return written();
   }
   if (is_tool(name)) return run(name, argc - 1, argv + 1);
-  const std::string similar = similar_tools(name);
+  std::string similar = similar_tools(name);
+  if (similar.empty()) similar = procam::internal::nearest_name(name, tool_names());
   return refuse(kUsage, "'" + name + "'", "no tool has this name",
                 (similar.empty() ? "" : "did you mean " + similar + "? ") + "'procam' lists the tools");
 }

@@ -88,7 +88,7 @@ void print_people(const show::PeopleCounts& people, Console& console) {
   summary.set("/people/malformed", double(people.malformed));
   summary.set("/people/refused", double(people.refused));
   summary.set("/people/teleports", double(people.teleports));
-  summary.set("/people/told", double(people.sent));
+  summary.set("/people/sent", double(people.sent));
 }
 
 /// What failed while the show went on.
@@ -180,6 +180,7 @@ int main(int argc, char** argv) {
       {"project-live",
        "Projects onto surfaces while the robot moves: poses arrive over the network, are predicted "
        "to the time of light, and every frame is drawn for that pose. A control page shows the frame "
-       "and moves corners."},
+       "and moves corners.",
+       true},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return run(flags, console); });
 }

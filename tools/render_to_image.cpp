@@ -45,8 +45,9 @@ void declare(CLI::App& app, Flags& flags) {
                  "Frame of the projector, .png, or its light as floats, .exr; with --duration frames, "
                  "frame_%04d.png or .exr, or a video: .mkv (lossless), .mp4, .avi")
       ->required();
-  app.add_option("--time", frames.time_s, "Time in the content of the first frame, seconds [0]")
-      ->check(within(0, limits::kDurationS));
+  add_parsed(
+      app, "--time", [&](const std::string& text) { frames.time_s = io::parse_duration(text); },
+      "Time in the content of the first frame, e.g. 2.5s (default: 0s)");
   add_parsed(
       app, "--duration",
       [&](const std::string& text) {

@@ -108,7 +108,7 @@ ExitCode simulate_head(const RobotFlags& flags, Console& console) {
 ExitCode simulate_robot(const RobotFlags& flags, Console& console) {
   if (flags.to.empty() && flags.log.empty())
     throw Error(ErrorKind::kInput, "no destination", "neither --to nor -o is given",
-                "say e.g. --to udp:127.0.0.1:9000 or -o run.log");
+                "use e.g. --to udp:127.0.0.1:9000 or -o run.log");
   if (!(flags.speed > 0 && flags.robot.duration > 0))
     throw Error(ErrorKind::kInput, "flags", "speed and duration must be positive",
                 "give e.g. --speed 0.5m/s --duration 60s");

@@ -86,6 +86,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"procam-studio",
        "Opens one page in the browser that leads from nothing to a checked image on the wall: display, camera, "
-       "board, capture, calibration, surfaces, content, show."},
+       "board, capture, calibration, surfaces, content, show.",
+       true},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return run(flags, console); });
 }

@@ -46,7 +46,7 @@ inline bool is_first(const Options& options, const std::string& name, const std:
   const std::string& text = options.at(name);
   if (text != first && text != second)
     throw Error(ErrorKind::kInput, "--" + name + " " + text, "there is no such choice",
-                "say " + first + " or " + second);
+                "use " + first + " or " + second);
   return text == first;
 }
 

@@ -9,9 +9,9 @@
 namespace procam::analyze {
 namespace {
 
-/// Models with a formula on z = 1. A fisheye sees beyond it and is followed point by point.
+/// A fisheye sees beyond z = 1, has no formula there, and is followed point by point.
 template <typename Model>
-constexpr bool kHasFormula = !std::is_same_v<Model, FisheyeDistortion>;
+constexpr bool kHasFormula = procam::internal::HasFormula<Model>::value;
 
 /// Steps of Newton's method with the believed lens's Jacobian (chord steps). The lens is wrong by parts in a
 /// thousand, so each gains two to three digits: two, and more where these do not do.

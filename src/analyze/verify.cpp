@@ -318,9 +318,10 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
             " times what their detection promises: the surface is not flat, or the projector's zoom, "
             "focus or lens shift has changed; then calibrate again");
   if (rig.covariance.empty())
-    remarks.warn("rig_taken_as_exact",
-                 "the rig file states no uncertainty, so calibration error is reported as drift; calibrate with "
-                 "calibrate-projector, which writes the covariance");
+    remarks.warn(
+        "rig_taken_as_exact",
+        "the rig file states no uncertainty, so calibration error is reported as drift; calibrate with "
+        "calibrate-projector, which writes the covariance");
   if (surface.rig_from_surface.covariance.isZero(0) && surface.jacobian_camera.size() == 0)
     remarks.warn("surface_taken_as_exact",
                  "the surface's pose has no uncertainty, so its error is reported as drift; state it "

@@ -54,13 +54,19 @@ std::string whole(double value) {
   return format("%.0f", value);
 }
 
+/// Distortion coefficients and rotations have none that a reader would expect.
+const char* unit_of(const std::string& parameter) {
+  const bool is_in_px =
+      parameter == "fx" || parameter == "fy" || parameter == "cx" || parameter == "cy" || parameter == "skew";
+  return is_in_px ? " px" : "";
+}
+
 std::string about_axis(double spread_deg, const std::string& axis) {
   if (spread_deg < kEnoughTiltDeg)
     return "the boards' tilts about the " + axis + " axis differ by " + whole(spread_deg) +
            " degrees only: add views with the board tilted 20 to 40 degrees about its " + axis +
            " axis, both ways";
-  return "add views that are nearer, and tilted 20 to 40 degrees about the board's " + axis +
-         " axis, both ways";
+  return "add closer views, tilted 20 to 40 degrees about the board's " + axis + " axis, both ways";
 }
 
 }  // namespace
@@ -105,9 +111,9 @@ std::vector<WeaklyObservable> weakly_observable(const Solution& solution, const 
       if (name[0] == 'k' || (name[0] == 'p' && tilts >= kEnoughTiltDeg))
         one.motion = seen.reach < kEnoughReach
                          ? "its points reach " + whole(100 * seen.reach) +
-                               " % of the way to the picture's farthest corner: bring the board to the "
-                               "picture's edges and corners, and nearer"
-                         : "add views with the board in the picture's corners, and nearer";
+                               " % of the way to the image's farthest corner: bring the board to the "
+                               "image's edges and corners, and closer"
+                         : "add views with the board in the image's corners, and closer";
       else
         one.motion = about_axis(tilts, along_x ? "vertical" : "horizontal");
       all.push_back(one);
@@ -131,16 +137,17 @@ std::vector<std::string> in_words(const std::vector<WeaklyObservable>& parameter
     for (const WeaklyObservable* one : left) {
       if (!alike(one)) continue;
       names += (names.empty() ? "" : ", ") + one->parameter;
-      char text[32];
-      std::snprintf(text, sizeof text, "%.2g", one->sigma);
-      spreads += (spreads.empty() ? "" : ", ") + std::string(text);
+      spreads += (spreads.empty() ? "" : ", ") + format("%.2g", one->sigma) + unit_of(one->parameter);
     }
     left.erase(std::remove_if(left.begin(), left.end(), alike), left.end());
-    sentences.push_back(names + " of " + data.devices[std::size_t(first.device)].name +
+    const bool is_one = names.find(',') == std::string::npos;
+    const std::string& device = data.devices[std::size_t(first.device)].name;
+    sentences.push_back(device + " " + names +
                         (first.at_prior
-                             ? " cannot be told from these views, kept near zero as any lens's (sigma "
-                             : " poorly constrained (1 sigma: ") +
-                        spreads + "); " + first.motion);
+                             ? std::string(is_one ? " is" : " are") +
+                                   " not determined by these views and kept near zero (1 sigma = "
+                             : std::string(is_one ? " is" : " are") + " poorly constrained (1 sigma = ") +
+                        spreads + "): " + first.motion);
   }
   return sentences;
 }

@@ -26,7 +26,7 @@ struct WeaklyObservable {
 std::vector<WeaklyObservable> weakly_observable(const Solution& solution, const Correspondences& data,
                                                 const NamedCovariance& covariance);
 
-/// "k1, k2 of camera poorly constrained: its points reach 31 % of the way ...": one sentence a device and
+/// "camera k1, k2 are poorly constrained (1 sigma = ...): its points reach 31 % of the way ...": one sentence a device and
 /// motion.
 std::vector<std::string> in_words(const std::vector<WeaklyObservable>& parameters,
                                   const Correspondences& data);

@@ -90,7 +90,7 @@ std::unique_ptr<DepthSource> open_depth(const std::string& what, const DepthOpti
       return kind.open(what.substr(colon + 1), options);
     forms += (forms.empty() ? "" : ", ") + std::string(kind.form);
   }
-  throw Error(ErrorKind::kInput, "depth source '" + what + "'", "none is called so", "say one of " + forms);
+  throw Error(ErrorKind::kInput, "depth source '" + what + "'", "none is called so", "use one of " + forms);
 }
 
 }  // namespace procam::device

@@ -9,8 +9,10 @@
 
 #include "document/number.hpp"
 #include "document/size_check.hpp"
+#include "procam/core/base/detail/edit_distance.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/limits.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::io {
 namespace {
@@ -97,11 +99,11 @@ class BoardText {
     for (const BoardKind& kind : kBoardKinds)
       if (parts_[0] == kind.name) form_ = kind.form;
     if (form_ != nullptr) return;
-    std::string names;
-    for (const BoardKind& kind : kBoardKinds) names += (names.empty() ? "" : ", ") + std::string(kind.name);
+    std::vector<std::string> names;
+    for (const BoardKind& kind : kBoardKinds) names.emplace_back(kind.name);
     fail("board", text_, "there is no board of kind '" + parts_[0] + "'",
-         "the kinds are " + names + "; " + kBoardKinds[0].form +
-             ", or name a board file (.json, or a target of Kalibr, .yaml)");
+         internal::did_you_mean(parts_[0], names) + "the kinds are " + comma_list(names) + "; " +
+             kBoardKinds[0].form + ", or name a board file (.json, or a target of Kalibr, .yaml)");
   }
 
   const std::string& kind() const { return parts_[0]; }
@@ -135,10 +137,11 @@ class BoardText {
   }
   MarkerDictionary dictionary(std::size_t part) const {
     if (const auto found = marker_dictionary_named(parts_[part])) return *found;
-    std::string names;
-    for (const MarkerDictionaryInfo& info : kMarkerDictionaries)
-      names += (names.empty() ? "" : ", ") + std::string(info.name);
-    refuse("there is no dictionary '" + parts_[part] + "' (known: " + names + ")");
+    std::vector<std::string> names;
+    for (const MarkerDictionaryInfo& info : kMarkerDictionaries) names.emplace_back(info.name);
+    fail("board", text_, "there is no dictionary '" + parts_[part] + "'",
+         internal::did_you_mean(parts_[part], names) + "the dictionaries are " + comma_list(names) + "; " +
+             form_);
   }
 
  private:

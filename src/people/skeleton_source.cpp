@@ -33,7 +33,7 @@ std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text,
         read_skeleton_log(log.file), log.speed);
   }
   throw Error(ErrorKind::kInput, "skeleton source '" + text + "'", "no kind of source is called so",
-              "say one of udp:[ADDRESS:]PORT, tcp:HOST:PORT, tcp-listen:[ADDRESS:]PORT, vmc:[ADDRESS:]PORT, "
+              "use one of udp:[ADDRESS:]PORT, tcp:HOST:PORT, tcp-listen:[ADDRESS:]PORT, vmc:[ADDRESS:]PORT, "
               "log:FILE[@SPEED]");
 }
 

@@ -43,6 +43,9 @@ void bind_ray_and_plane(py::module_& m) {
       .field("offset", &Plane::offset, "metres")
       .method("signed_distance", &Plane::signed_distance,
               "Metres from the plane, positive on the normal's side.", py::arg("point"))
+      .static_method("through", &Plane::through,
+                     "The plane through a point, metres; the normal may have any length.", py::arg("point"),
+                     py::arg("normal"))
       .static_method("of_xy", &Plane::of_xy,
                      "The plane z = 0 of a placed thing (board, sheet, surface), its normal along the\n"
                      "thing's +z.",

@@ -82,8 +82,9 @@ std::vector<std::string> lines(const analyze::VerifyResult& result) {
   }
   if (result.rig || result.rig_from_surface)
     lines.push_back("corrected  " + size(result.rms_after, result.worst_after));
-  lines.push_back(format("remaining  %s mm RMS after the best rigid correction, %.2f times the detection noise",
-                         significant(1e3 * result.scatter_rms, 2).c_str(), result.scatter));
+  lines.push_back(
+      format("remaining  %s mm RMS after the best rigid correction, %.2f times the detection noise",
+             significant(1e3 * result.scatter_rms, 2).c_str(), result.scatter));
   return lines;
 }
 

@@ -8,7 +8,9 @@
 
 #include "board_patterns.hpp"
 #include "pattern_table.hpp"
+#include "procam/core/base/detail/edit_distance.hpp"
 #include "procam/core/base/stats.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/session/pattern_file.hpp"
@@ -378,8 +380,7 @@ const std::vector<PatternRow>& pattern_table() {
       {"gray", "stripes in black and white, 42 frames for 1024x768; the most robust", make_gray},
       {"phase", "cosine waves, 32 frames for 1024x768; needs a projector or camera without clipped greys",
        make_phase},
-      {"gray+phase", "both, 46 frames for 1024x768; where phase unwrapping is ambiguous",
-       make_gray_phase},
+      {"gray+phase", "both, 46 frames for 1024x768; where phase unwrapping is ambiguous", make_gray_phase},
       {"chessboard", "a projected chessboard next to the printed one, 2 frames, or 1 with chessboard:colour",
        make_chessboard},
       {"charuco", "the same with markers: a part of it on the paper is enough", make_charuco},
@@ -401,9 +402,11 @@ std::unique_ptr<SessionPattern> make_pattern(const std::string& text, ImageSize 
   for (const PatternRow& row : pattern_table())
     if (name == row.name)
       return row.make(colon == std::string::npos ? "" : text.substr(colon + 1), projector_size, step);
-  std::string known;
-  for (const PatternRow& row : pattern_table()) known += (known.empty() ? "" : ", ") + std::string(row.name);
-  refuse(text, "there is no such pattern", "use one of: " + known + ", or a pattern file (.json)");
+  std::vector<std::string> known;
+  for (const PatternRow& row : pattern_table()) known.emplace_back(row.name);
+  refuse(text, "there is no such pattern",
+         internal::did_you_mean(name, known) + "the patterns are " + comma_list(known) +
+             ", or a pattern file (.json)");
 }
 
 std::string pattern_help() {

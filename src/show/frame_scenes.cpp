@@ -61,6 +61,9 @@ Stage set_stage(const FrameFilesOptions& options, const RigProjector& projector,
                               std::to_string(shown.size.height));
     stage.shown.push_back(std::move(shown));
   }
+  if (stage.shown.empty())
+    report.diagnostics.fail("nothing_drawn",
+                            "no surface has content, so every frame is black; give --content");
   for (const Stage::Shown& shown : stage.shown) {  // they stay where they are from here on
     SceneItem item;
     item.placement = shown.laid.placement;

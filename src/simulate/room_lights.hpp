@@ -130,8 +130,7 @@ class RoomLights {
           using Model = std::decay_t<decltype(model)>;
           for (std::size_t i = 0; i < seen.count; ++i) {
             const Vec3& point = seen.points[i].in_camera;
-            if constexpr (!std::is_same_v<Model,
-                                          FisheyeDistortion>) {  // which has no formula for known points
+            if constexpr (procam::internal::HasFormula<Model>::value) {
               if (!light.one_by_one) {
                 const Vec3 p = eye.light_rotation * point + eye.light_from_camera.translation;
                 if (light.hidden == Share::kSome && eye.caster.is_hidden(p, body, *light.shade)) continue;

@@ -140,6 +140,12 @@ Diagnostics diagnostics_of(const SolvedSurfaceSet& solved) {
       item.message = "surface '" + surface.surface.name + "': " + item.message;
       all.items.push_back(std::move(item));
     }
+  const auto is_unlit = [](const SolvedSurface& surface) {
+    return surface.diagnostics.find("outside_picture") != nullptr;
+  };
+  if (!solved.surfaces.empty() && std::all_of(solved.surfaces.begin(), solved.surfaces.end(), is_unlit))
+    all.fail("nothing_lit",
+             "the projector lights none of the surfaces; check the pose, the rig and the surfaces' frame");
   return all;
 }
 

@@ -286,7 +286,7 @@ std::unique_ptr<PoseSource> open_head_source(const std::string& text, const Plac
     angles = std::make_unique<ParsedAngleSource<AngleStream>>(text, options);
   else
     throw Error(ErrorKind::kInput, "source of angles '" + text + "'", "no kind of source is called so",
-                "say udp:[ADDRESS:]PORT, tcp:HOST:PORT, tcp-listen:[ADDRESS:]PORT or log:FILE[@SPEED]");
+                "use udp:[ADDRESS:]PORT, tcp:HOST:PORT, tcp-listen:[ADDRESS:]PORT or log:FILE[@SPEED]");
   return std::make_unique<HeadSource>(std::move(angles), head);
 }
 

@@ -156,7 +156,7 @@ std::unique_ptr<PoseSender> open_pose_sender(const std::string& text, bool binar
   if (kind == "tcp") return std::make_unique<TcpSender>(target_of(rest, "127.0.0.1"), encode);
   if (kind == "tcp-listen") return std::make_unique<TcpServer>(target_of(rest, "0.0.0.0"), encode);
   throw Error(ErrorKind::kInput, "'" + text + "'", "poses cannot be sent there",
-              "say udp:HOST:PORT, osc:HOST:PORT, psn:PORT, tcp:HOST:PORT or tcp-listen:PORT");
+              "use udp:HOST:PORT, osc:HOST:PORT, psn:PORT, tcp:HOST:PORT or tcp-listen:PORT");
 }
 
 }  // namespace procam::track

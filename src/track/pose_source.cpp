@@ -80,7 +80,7 @@ std::unique_ptr<PoseSource> open_pose_source(const std::string& text, const Sour
     forms += std::string(forms.empty() ? "" : ", ") + kind.form;
   }
   throw Error(ErrorKind::kInput, "pose source '" + text + "'", "no kind of source is called so",
-              "say one of " + forms);
+              "use one of " + forms);
 }
 
 internal::HostPort internal::parse_host_port(const std::string& text) {

@@ -55,7 +55,7 @@ Prediction parse_prediction(const std::string& text) {
        {Prediction::kAuto, Prediction::kConstantTwist, Prediction::kConstantAcceleration, Prediction::kNone})
     if (text == to_string(p)) return p;
   throw Error(ErrorKind::kInput, "'" + text + "'", "no way to predict is called so",
-              "say auto, twist, acceleration or none");
+              "use auto, twist, acceleration or none");
 }
 const char* to_string(Prediction prediction) {
   switch (prediction) {

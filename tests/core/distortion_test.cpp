@@ -307,6 +307,18 @@ TEST(BrownConrady, StrongTangentialEndsAtTheFoldOfTheWholeMap) {
   EXPECT_FALSE(BrownConrady::distort(c, Vec3(1.6, 0, 1)));  // the ghost of x = 0.07
 }
 
+/// A model of somebody else, by the recipe of CONTRIBUTING.md: the two functions that are required.
+struct SampleLens {
+  template <typename T>
+  static std::optional<Vec2T<T>> distort(const T*, const Vec3T<T>&);
+  static std::optional<Vec3> undistort(const double*, const Vec2&);
+};
+static_assert(!procam::internal::HasFormula<SampleLens>::value);
+static_assert(!procam::internal::HasFormula<FisheyeDistortion>::value);
+static_assert(procam::internal::HasFormula<NoDistortion>::value &&
+              procam::internal::HasFormula<BrownConrady>::value &&
+              procam::internal::HasFormula<RationalDistortion>::value);
+
 TEST(RationalDistortion, EndsBeforeItsPole) {
   const RationalDistortion lens{{0, 0, 0, 0, 0, -0.5, 0, 0}};  // D = 1 - s / 2
   const double* c = lens.coefficients.data();

@@ -24,6 +24,17 @@ TEST(Plane, OfAPlacedThingHoldsItsXyPlaneAndLooksAlongItsZ) {
   EXPECT_NEAR(plane.signed_distance(target_from_thing * Vec3(0.9, -2.3, 0.7)), 0.7, 1e-15);
 }
 
+TEST(Plane, ThroughAPointTakesANormalOfAnyLength) {
+  const Vec3 point(0.3, -0.4, 2.1), normal(3e-200, -4e-200, 12e-200);
+  const Plane plane = Plane::through(point, normal);
+  EXPECT_NEAR(plane.normal.norm(), 1, 1e-15);
+  EXPECT_NEAR(plane.normal.z(), 12.0 / 13, 1e-15);
+  EXPECT_NEAR(plane.signed_distance(point), 0, 1e-15);
+  EXPECT_NEAR(plane.signed_distance(point + 0.7 * plane.normal), 0.7, 1e-15);
+  EXPECT_THROW(Plane::through(point, Vec3::Zero()), std::invalid_argument);
+  EXPECT_THROW(Plane::through(Vec3(0, std::nan(""), 1), Vec3::UnitX()), std::invalid_argument);
+}
+
 TEST(Plane, MovesWithItsPoints) {
   const Pose b_from_a = test::lopsided_pose();
   const Plane in_a = Plane::of_xy(test::other_lopsided_pose());

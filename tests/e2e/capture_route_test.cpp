@@ -46,10 +46,10 @@ TEST(CaptureSession, NamesWhatIsMissing) {
   const ScratchFolder scratch;
   const std::string rest = " --board chessboard:7x5:20mm -o " + (scratch / "session").string();
   EXPECT_EQ(run_tool("capture-session", rest).exit_code, 2) << "neither camera nor folder";
-  EXPECT_EQ(run_tool("capture-session", "--camera 0 --watch /tmp" + rest).exit_code, 2) << "both";
-  EXPECT_EQ(run_tool("capture-session", "--watch /tmp --interval 8" + rest).exit_code, 2)
+  EXPECT_EQ(run_tool("capture-session", "--camera 0 --watch-folder /tmp" + rest).exit_code, 2) << "both";
+  EXPECT_EQ(run_tool("capture-session", "--watch-folder /tmp --interval 8" + rest).exit_code, 2)
       << "a time without unit";
-  const ToolRun run = run_tool("capture-session", "--json --watch /tmp" + rest, "DISPLAY=:9876");
+  const ToolRun run = run_tool("capture-session", "--json --watch-folder /tmp" + rest, "DISPLAY=:9876");
   EXPECT_EQ(run.exit_code, 6) << run.err;
   EXPECT_EQ(run.json()["error"]["kind"], "device");
 }

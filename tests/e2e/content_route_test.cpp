@@ -97,7 +97,7 @@ TEST_F(ContentRoute, FramesOfLightAreExr) {
 TEST_F(ContentRoute, SequencesBecomeFramesAndVideos) {
   solve("left", "solved.json");
   const std::string content = "--content wall=" + at("shots") + "/p%d.png@10 --duration 0.5s ";
-  const ToolRun frames = render(content + "--fps 10 --time 0.1 -o " + at("f_%02d.png") + " --json");
+  const ToolRun frames = render(content + "--fps 10 --time 100ms -o " + at("f_%02d.png") + " --json");
   ASSERT_EQ(frames.exit_code, 0) << frames.err;
   EXPECT_EQ(frames.json()["frames"], 5);
   for (int n = 0; n < 5; ++n)
@@ -106,7 +106,7 @@ TEST_F(ContentRoute, SequencesBecomeFramesAndVideos) {
   const ToolRun video = render(content + "--fps 10 -o " + at("out.mkv"));
   ASSERT_EQ(video.exit_code, 0) << video.err;
   // What was written is content as well.
-  const ToolRun again = render("--content wall=" + at("out.mkv") + " --time 0.25 -o " + at("again.png"));
+  const ToolRun again = render("--content wall=" + at("out.mkv") + " --time 250ms -o " + at("again.png"));
   ASSERT_EQ(again.exit_code, 0) << again.err;
   const ToolRun refused = render(content + "-o " + at("out.webm"));
   EXPECT_EQ(refused.exit_code, 3);
@@ -162,9 +162,9 @@ TEST_F(ContentRoute, TwoProjectorsShareTheWall) {
   const std::string blend =
       " --black left=0.002 --black right=0.003 --compensate 0.2 --brightness right=1.3 ";
   ToolRun run =
-      render("--blend " + at("right.json") + blend + "-o " + at("l.png") + " --weights " + at("l_w.png"));
+      render("--blend-with " + at("right.json") + blend + "-o " + at("l.png") + " --weights " + at("l_w.png"));
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  run = render("--blend " + at("solved.json") + blend + "-o " + at("r.png") + " --weights " + at("r_w.png"),
+  run = render("--blend-with " + at("solved.json") + blend + "-o " + at("r.png") + " --weights " + at("r_w.png"),
                "right.json");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const ImageU8 left = io::load_image(folder_ / "l_w.png").image,
@@ -188,14 +188,14 @@ TEST_F(ContentRoute, TwoProjectorsShareTheWall) {
     }
     return ends;
   };
-  const auto both = wall_seen("--blend " + at("right.json") + blend), alone = wall_seen("");
+  const auto both = wall_seen("--blend-with " + at("right.json") + blend), alone = wall_seen("");
   EXPECT_GT(both.first, both.second - 12);
   EXPECT_LT(alone.first, 100) << "of " << alone.second;
-  run = run_tool("export-warp", "--rig " + at("rig.json") + " --surfaces " + at("solved.json") + " --blend " +
+  run = run_tool("export-warp", "--rig " + at("rig.json") + " --surfaces " + at("solved.json") + " --blend-with " +
                                     at("right.json") + " -o " + at("wall.png"));
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_NE(run.err.find("--blend"), std::string::npos) << run.err;
-  run = render("--blend " + at("solved.json") + " -o " + at("twice.png"));
+  run = render("--blend-with " + at("solved.json") + " -o " + at("twice.png"));
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_NE(run.err.find("solved for 'left'"), std::string::npos) << run.err;
 }

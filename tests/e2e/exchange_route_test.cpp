@@ -225,23 +225,23 @@ TEST_F(ExchangeRoute, ExportCameraPrintsOrWritesTheSettings) {
 
 TEST_F(ExchangeRoute, CalibrationsGoThereAndBack) {
   const ToolRun there =
-      run_tool("procam-convert", at("rig.json") + " --to opencv-stereo -o " + at("pair.yml"));
+      run_tool("procam-convert", at("rig.json") + " --format opencv-stereo -o " + at("pair.yml"));
   ASSERT_EQ(there.exit_code, 0) << there.err;
   EXPECT_TRUE(contains(there.out + there.err, "OpenCV's functions do not use it"));
-  const ToolRun back = run_tool("procam-convert", at("pair.yml") + " --to procam -o " + at("back.json"));
+  const ToolRun back = run_tool("procam-convert", at("pair.yml") + " --format procam -o " + at("back.json"));
   ASSERT_EQ(back.exit_code, 0) << back.err;
   const Rig first = io::load_rig(folder_ / "rig.json"), second = io::load_rig(folder_ / "back.json");
   EXPECT_EQ(parameters_of(first.projector().projector.inverse_camera),
             parameters_of(second.projector().projector.inverse_camera));
   EXPECT_LT((first.projector_from_camera().matrix() - second.projector_from_camera().matrix()).norm(), 1e-14);
 
-  const ToolRun printed = run_tool("procam-convert", at("rig.json") + " --to ros --device beamer");
+  const ToolRun printed = run_tool("procam-convert", at("rig.json") + " --format ros --device beamer");
   EXPECT_EQ(printed.exit_code, 0);
   EXPECT_TRUE(contains(printed.out, "camera_name: beamer")) << printed.out;
-  EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --to ros").exit_code, 3);
-  EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --to procam").exit_code, 3);
-  EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --to autocad").exit_code, 2);
-  EXPECT_EQ(run_tool("procam-convert", at("solved.json") + " --to ros").exit_code, 3);
+  EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --format ros").exit_code, 3);
+  EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --format procam").exit_code, 3);
+  EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --format autocad").exit_code, 2);
+  EXPECT_EQ(run_tool("procam-convert", at("solved.json") + " --format ros").exit_code, 3);
 }
 
 }  // namespace

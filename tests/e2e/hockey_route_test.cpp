@@ -202,7 +202,7 @@ TEST_F(HockeyRoute, TheHandMovesThePaddleWhileTheRobotDrives) {
   EXPECT_FALSE(
       fs::exists("/dev/shm/" + name + "_table"));  // each match would leave some of the machine's memory
   const auto told = nlohmann::json::parse(slurp(at("show.json")));
-  EXPECT_GT(told["people"]["told"].get<double>(), 120) << slurp(at("show.json.err"));
+  EXPECT_GT(told["people"]["sent"].get<double>(), 120) << slurp(at("show.json.err"));
   ASSERT_GT(frames, 40);
   EXPECT_GT(found, frames * 8 / 10) << slurp(at("game.out.err"));
   EXPECT_EQ(lit_heads, 0) << "light on a head";

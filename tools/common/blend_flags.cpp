@@ -47,7 +47,7 @@ void declare_blend_levels(CLI::App& app, const BlendLevelFlags& flags) {
 }
 
 void declare_blend(CLI::App& app, BlendFlags& flags) {
-  app.add_option("--blend", flags.others,
+  app.add_option("--blend-with", flags.others,
                  "Solved surfaces of another projector of the rig, once for each: blend with it where both "
                  "project");
   declare_blend_levels(
@@ -106,7 +106,8 @@ surface::BlendedSets blend_for(const BlendFlags& flags, const Rig& rig, const So
   std::vector<std::string> projectors, surfaces;
   for (const SolvedSurfaceSet& set : sets) {
     if (std::find(projectors.begin(), projectors.end(), set.projector) != projectors.end())
-      throw Error(ErrorKind::kInput, "--blend", "two of the files are solved for '" + set.projector + "'",
+      throw Error(ErrorKind::kInput, "--blend-with",
+                  "two of the files are solved for '" + set.projector + "'",
                   "give one a projector; solve-surfaces --projector names it");
     projectors.push_back(set.projector);
     for (const SolvedSurface& surface : set.surfaces) surfaces.push_back(surface.surface.name);

@@ -25,7 +25,7 @@ void declare_devices(CLI::App& app, CaptureFlags& flags) {
           ->expected(1)
           ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   auto* watch =
-      app.add_option("--watch", flags.watch, "Folder into which a separate camera writes its images");
+      app.add_option("--watch-folder", flags.watch, "Folder into which a separate camera writes its images");
   camera->excludes(watch);
   add_parsed(
       app, "--camera-size",

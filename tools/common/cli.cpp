@@ -82,6 +82,12 @@ struct UnknownArgument {
   std::string typed, nearest;
 };
 
+/// An option whose value cannot be used.
+struct BadValue {
+  std::string flag;
+  Error error;
+};
+
 /// The report of a failure, for people and for programs.
 struct Failure {
   ExitCode code;
@@ -93,15 +99,24 @@ Failure describe_current_exception(const ToolInfo& info) {
   try {
     throw;
   } catch (const Interrupted&) {
-    return {ExitCode::kInterrupted, "interrupted", "interrupted", stop_reason(),
-            "files that were already complete are kept; run the command again for the rest"};
+    return {ExitCode::kInterrupted, "interrupted", info.runs_until_stopped ? "stopped" : "interrupted",
+            stop_reason(),
+            info.runs_until_stopped
+                ? "no action is needed; the same command starts again"
+                : "files that were already complete are kept; run the command again for the rest"};
   } catch (const Error& error) {
     return {exit_code(error.kind()), procam::to_string(error.kind()), error.subject(), error.why(),
             error.next()};
   } catch (const UnknownArgument& unknown) {
-    return {ExitCode::kUsage, "usage", "'" + unknown.typed.substr(0, 80) + "'", "the tool has no such option",
+    return {ExitCode::kUsage, "usage", "'" + unknown.typed.substr(0, 80) + "'",
+            unknown.typed.rfind("-", 0) == 0
+                ? "the tool has no such option"
+                : "it stands without an option, and the tool takes no such value",
             (unknown.nearest.empty() ? "" : "did you mean " + unknown.nearest + "? ") + "see " + info.name +
                 " --help"};
+  } catch (const BadValue& bad) {
+    return {ExitCode::kUsage, "usage", bad.flag + ": " + bad.error.subject(), bad.error.why(),
+            bad.error.next()};
   } catch (const CLI::ParseError& error) {
     return {ExitCode::kUsage, "usage", "command line", error.what(), "see " + info.name + " --help"};
   } catch (const std::bad_alloc&) {
@@ -280,7 +295,7 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& flag,
         try {
           parse(text);
         } catch (const Error& error) {
-          throw CLI::ValidationError(flag, error.what());
+          throw BadValue{flag, error};
         }
       },
       help);

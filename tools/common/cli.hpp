@@ -45,8 +45,9 @@ ExitCode exit_code(ErrorKind kind);
 ExitCode exit_code(const Diagnostics& diagnostics);
 
 struct ToolInfo {
-  std::string name;   ///< as typed: "calibrate-projector"
-  std::string about;  ///< what it does, in a sentence or two
+  std::string name;                 ///< as typed: "calibrate-projector"
+  std::string about;                ///< what it does, in a sentence or two
+  bool runs_until_stopped = false;  ///< Ctrl-C is its usual end
 };
 
 /// The machine's summary: one JSON object. Fields are named by JSON pointers ("/projector/fx"), which make

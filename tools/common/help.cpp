@@ -26,9 +26,7 @@ struct ValueType {
 constexpr ValueType kValueTypes[] = {
     {"FOLDER",
      " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
-    {"CAMERA", " project-live:watch "},
-    {"PROJECTOR", " project-live:blend "},
-    {"FORMAT", " procam-convert:to "},
+    {"FORMAT", " format "},
     {"LENGTH+-LENGTH", " calibrate-mount:height "},
     {"MOTION", " motion "},
     {"DICTIONARY", " dictionary "},
@@ -36,16 +34,16 @@ constexpr ValueType kValueTypes[] = {
     {"BOARD", " simulate-captures:check-board "},
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
-     " align-maps:map arm base blend check depth draws image into intrinsics known-camera markers mount observations output pan-tilt points pose prior "
+     " align-maps:map arm base blend-with check depth draws image into intrinsics known-camera markers mount observations output pan-tilt points pose prior "
      "preview record replay report rig save-board save-depth save-draws save-markers save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update virtual watch-markers watch-save weights "
      "write-moved write-observations sensor mirror-view INPUT "},
-    {"FOLDER", " captures data decoded figures watch images project "},
+    {"FOLDER", " captures data decoded figures images project watch-folder "},
     {"LENGTH",
      " accept depth-scale deviation distance far farthest focal-length measured marker-size max-move mirror-depth near nearest scale text-height unit wall "},
     {"ANGLE", " bump max-turn pitch roll yaw "},
     {"TIME",
      " blank-on-stale camera-delay clock-offset delay delay-sigma depth-delay duration freeze-on-stale interval "
-     "jitter latency sensor-delay source-delay time-offset track-delay track-readout watch-delay watch-pose-time "},
+     "jitter latency sensor-delay source-delay time time-offset track-delay track-readout watch-delay watch-pose-time "},
     {"WxH", " camera-size grid projector-size resolution size target "},
     {"BOARD", " board mirror-board "},
     {"MARKER", " marker "},
@@ -54,6 +52,7 @@ constexpr ValueType kValueTypes[] = {
      "track-camera-name view watch-name "},
     {"SHARE", " duplicate garbage lens-sigma loss reorder "},
     {"SURFACE=VALUE", " content crop fit reflectance track track-hinge "},
+    {"PROJECTOR", " blend "},
     {"PROJECTOR=DISPLAY", " screen "},
     {"PROJECTOR=NUMBER", " black brightness "},
     {"X,Y,Z", " forward gravity target-at up viewer "},
@@ -61,7 +60,7 @@ constexpr ValueType kValueTypes[] = {
      " map-sigma marker-sigma noise pose-sigma prior-sigma sigma-bump surface-sigma watch-pose "},
     {"SPEED", " speed speed-sigma "},
     {"ADDRESS", " control people people-to pose-source publish to "},
-    {"CAMERA", " camera marker-camera track-camera "},
+    {"CAMERA", " camera marker-camera track-camera watch "},
     {"DISPLAY", " display "},
     {"PAPER", " paper "},
     {"PATTERN", " pattern "},
@@ -231,6 +230,13 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
     at = end < text.size() && text[end] == ' ' ? end + 1 : end;
   }
   return result;
+}
+
+void declare_group(CLI::App& app, const std::string& title, const std::function<void()>& declare) {
+  const std::vector<CLI::Option*> before = app.get_options();
+  declare();
+  for (CLI::Option* option : app.get_options())
+    if (std::find(before.begin(), before.end(), option) == before.end()) option->group(title);
 }
 
 void arrange_help(CLI::App& app) {

@@ -1,6 +1,7 @@
 #pragma once
 /// How --help reads, for all tools: values by their type (FILE, LENGTH, WxH), lines wrapped to the terminal, results and
 /// general options in groups of their own.
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@ namespace procam::tools {
 /// Of a tool whose options are declared. An option of text without an entry in the table of help.cpp keeps "TEXT"; a test
 /// finds it.
 void arrange_help(CLI::App& app);
+
+/// The options that `declare` adds are listed under `title`.
+void declare_group(CLI::App& app, const std::string& title, const std::function<void()>& declare);
 
 /// Words of `text` in lines of at most `width` letters; a longer word has a line of its own. Lines after the first begin
 /// with `indent` blanks, and the first has `used` letters already. Line breaks of the text stay, and

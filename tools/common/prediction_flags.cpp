@@ -57,9 +57,9 @@ void declare(CLI::App& app, PredictionFlags& flags) {
   app.add_flag("--with-prediction", flags.predict, "the pose is predicted to the moment of light");
   app.add_flag("--whole-pixels", flags.whole_pixels,
                "content moves in whole projector pixels (not with procam's renderer)");
-  auto* drawing =
-      app.add_option("--monte-carlo", flags.draws.draws, "number of Monte Carlo samples, in addition to the analytic result")
-          ->check(CLI::Range(2, 100000000));
+  auto* drawing = app.add_option("--monte-carlo", flags.draws.draws,
+                                 "number of Monte Carlo samples, in addition to the analytic result")
+                      ->check(CLI::Range(2, 100000000));
   app.add_option("--seed", flags.draws.seed, "of the draws")->capture_default_str();
   auto* save =
       app.add_option("--save-draws", flags.save_draws, "Also write the draws into this file, for --draws")

@@ -12,13 +12,15 @@ struct RenamedOption {
 
 /// Remove a row in the version after the one that renamed it (docs/stability.md).
 constexpr RenamedOption kRenamedIn0_2[] = {
-    {"detect-surfaces", "--camera", "--camera-name"},     {"detect-surfaces", "--sensor", "--sensor-model"},
-    {"locate-projector", "--annotate", "--preview"},      {"locate-projector", "--camera", "--camera-name"},
-    {"plan-projection", "--viewer", "--viewer-distance"}, {"predict-error", "--predict", "--with-prediction"},
-    {"render-to-image", "--seconds", "--duration", "s"},  {"scan-surfaces", "--depth", "--save-depth"},
-    {"scan-surfaces", "--points", "--save-points"},       {"simulate-captures", "--check", "--check-board"},
-    {"simulate-captures", "--markers", "--marker-view"},  {"verify-projection", "--camera", "--camera-name"},
-    {"verify-projection", "--picture", "--preview"},
+    {"calibrate-room", "--points", "--save-points"},     {"capture-session", "--watch", "--watch-folder"},
+    {"detect-surfaces", "--camera", "--camera-name"},    {"detect-surfaces", "--sensor", "--sensor-model"},
+    {"export-warp", "--blend", "--blend-with"},          {"procam-convert", "--to", "--format"},
+    {"render-to-image", "--blend", "--blend-with"},      {"locate-projector", "--annotate", "--preview"},
+    {"locate-projector", "--camera", "--camera-name"},   {"plan-projection", "--viewer", "--viewer-distance"},
+    {"predict-error", "--predict", "--with-prediction"}, {"render-to-image", "--seconds", "--duration", "s"},
+    {"scan-surfaces", "--depth", "--save-depth"},        {"scan-surfaces", "--points", "--save-points"},
+    {"simulate-captures", "--check", "--check-board"},   {"simulate-captures", "--markers", "--marker-view"},
+    {"verify-projection", "--camera", "--camera-name"},  {"verify-projection", "--picture", "--preview"},
 };
 
 const RenamedOption* find_renamed(const std::string& tool, const std::string& name) {

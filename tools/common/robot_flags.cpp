@@ -145,7 +145,7 @@ simulate::Drive robot_drive(const RobotFlags& flags) {
   if (kind == "waypoints") return simulate::drive_along(track::read_waypoints(rest).poses, true);
   if (kind == "trajectory") return simulate::drive_along(track::read_trajectory(rest).poses, false);
   throw Error(ErrorKind::kInput, "--path " + flags.path, "no path is called so",
-              "say circle:RADIUS, walk, arm, pan-tilt, waypoints:FILE or trajectory:FILE");
+              "use circle:RADIUS, walk, arm, pan-tilt, waypoints:FILE or trajectory:FILE");
 }
 
 }  // namespace procam::tools

@@ -26,7 +26,7 @@ std::string device_name(const std::string& name, const std::vector<Device>& devi
   if (devices.size() == 1) return devices.front().name;
   throw Error(
       ErrorKind::kInput, flag, "the session has several such devices",
-      "say which one, NAME=VALUE, of: " + comma_list(devices, [](const Device& d) { return d.name; }));
+      "use which one, NAME=VALUE, of: " + comma_list(devices, [](const Device& d) { return d.name; }));
 }
 
 std::optional<Vec2> pixel_in(const std::string& text) {
@@ -162,7 +162,7 @@ void declare_room(CLI::App& app, RoomFlags& flags) {
       ->check(CLI::Range(100, 100000))
       ->capture_default_str();
   app.add_option("-o,--output", flags.output, "rig.json to write")->required();
-  app.add_option("--points", flags.points,
+  app.add_option("--save-points", flags.points,
                  "Also write the points of the walls with standard deviations, .ply or .pcd");
   app.add_option("--preview", flags.preview,
                  "Also draw the room from above and from the side with the devices, .png");

@@ -4,6 +4,7 @@
 
 #include "common/blend_flags.hpp"
 #include "common/cli.hpp"
+#include "common/help.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/io/text.hpp"
 
@@ -261,7 +262,7 @@ void declare_show_blend(CLI::App& app, show::ShowOptions& o) {
             [blend](double share) { blend().compensate = share; }, [blend] { blend().one_level = true; }});
 }
 
-void declare_output(CLI::App& app, show::ShowOptions& o) {
+void declare_display(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--display", o.display,
                  "Display for the full-screen window: number, name or position on the desktop ('1920,0')");
   app.add_option("--output", o.output,
@@ -281,8 +282,8 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
   add_parsed(
       app, "--size", [&](const std::string& text) { o.size = io::parse_size(text); },
       "Size of the frame, e.g. 1280x800, where neither --rig nor a display gives it");
-  app.add_option_function<std::string>(
-      "--delay",
+  add_parsed(
+      app, "--delay",
       [&](const std::string& text) {
         if (text != "auto") {
           o.delay_s = io::parse_delay(text);
@@ -298,7 +299,19 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
              "Delay of the camera itself, subtracted from the measured delay");
   app.add_option("--fps", o.fps, "Frames a second (default: rate of the display, or 60)")
       ->check(within(0.1, 1000));
+}
+
+void declare_running(CLI::App& app, show::ShowOptions& o) {
   add_parsed(app, "--duration", into(o.duration_s, io::parse_duration), "End after this time, e.g. 30s");
+  app.add_flag("--autosave", o.autosave,
+               "Save edits of the control page to the surfaces file within a second");
+  app.add_option("--record", o.record,
+                 "Record the run in this log, for --replay; run.mcap: as messages of ROS 2");
+  app.add_option("--control", o.control, "[ADDRESS:]PORT of the control page, or off")->capture_default_str();
+  app.add_option("--token", o.token, "Secret of the control page (default: a new one)");
+}
+
+void declare_network(CLI::App& app, show::ShowOptions& o) {
   app.add_option(
       "--publish", o.publish,
       "ros2:[NAMESPACE]: publish the projector in the ROS 2 graph: CameraInfo, markers, and the frames of the rig "
@@ -324,12 +337,9 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
   app.add_flag("--fleet-blend", o.fleet_blend,
                "Light surfaces together with other robots of the fleet that have this flag")
       ->needs(fleet);
-  app.add_flag("--autosave", o.autosave,
-               "Save edits of the control page to the surfaces file within a second");
-  app.add_option("--record", o.record,
-                 "Record the run in this log, for --replay; run.mcap: as messages of ROS 2");
-  app.add_option("--control", o.control, "[ADDRESS:]PORT of the control page, or off")->capture_default_str();
-  app.add_option("--token", o.token, "Secret of the control page (default: a new one)");
+}
+
+void declare_drawing(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--threads", o.threads, "Number of threads; 0: one for each core")
       ->check(CLI::Range(0, limits::kThreads));
   app.add_option("--renderer", o.renderer, "cpu, or gl for OpenGL: the same picture")
@@ -349,12 +359,15 @@ void declare_show(CLI::App& app, show::ShowOptions& options) {
       "show.json with the options below (docs/live.md); options on the command line override it");
   app.add_option("--projector", options.projector, "Name of the device, for a rig with several");
   declare_surfaces(app, options);
-  declare_poses(app, options);
-  declare_people(app, options);
-  declare_watch(app, options);
-  declare_track(app, options);
-  declare_show_blend(app, options);
-  declare_output(app, options);
+  declare_group(app, "Display and timing", [&] { declare_display(app, options); });
+  declare_group(app, "Running", [&] { declare_running(app, options); });
+  declare_group(app, "Poses of a moving rig", [&] { declare_poses(app, options); });
+  declare_group(app, "Surfaces that move", [&] { declare_track(app, options); });
+  declare_group(app, "People", [&] { declare_people(app, options); });
+  declare_group(app, "Watching the light", [&] { declare_watch(app, options); });
+  declare_group(app, "Several projectors", [&] { declare_show_blend(app, options); });
+  declare_group(app, "Networks and fleets", [&] { declare_network(app, options); });
+  declare_group(app, "Drawing", [&] { declare_drawing(app, options); });
 }
 
 }  // namespace procam::tools

@@ -67,9 +67,8 @@ KnownWorld frame_of(const Surface& surface, const WorldFiles& files, const Rig& 
                 "place it in world or rig");
   if (!files.markers.empty()) return world_by_markers(files.markers, camera, flat_lit);
   if (files.pose.empty())
-    throw Error(
-        ErrorKind::kInput, "surface '" + surface.name + "'", "it is placed in the world",
-        "say where that is: --pose pose.json, or --markers markers.json when some show in the captures");
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", "it is placed in the world",
+                "give its pose: --pose pose.json, or --markers markers.json when some show in the captures");
   return {room_frames(rig, projector, io::load_pose(files.pose)).get("rig", "world"), {}, {}};
 }
 

@@ -5,6 +5,7 @@
 #include "document/number.hpp"
 #include "document/trimmed.hpp"
 #include "procam/core/base/detail/edit_distance.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::io {
 namespace {
@@ -115,10 +116,7 @@ std::vector<Value> Value::members() const {
 }
 
 std::string suggest(const std::string& name, const std::vector<std::string>& known) {
-  std::string list;
-  for (const std::string& candidate : known) list += (list.empty() ? "" : ", ") + candidate;
-  const std::string nearest = internal::nearest_name(name, known);
-  return (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "known here: " + list;
+  return internal::did_you_mean(name, known) + "known here: " + comma_list(known);
 }
 
 }  // namespace procam::io

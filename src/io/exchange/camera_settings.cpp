@@ -114,10 +114,10 @@ void report_losses(const RigProjector& projector, bool skew_is_lost, Diagnostics
   const Camera& lens = projector.projector.inverse_camera;
   const char* const next = "; draw through a warp map where that matters (export-warp)";
   if (skew_is_lost && lens.intrinsics.skew != 0)
-    diagnostics.warn("skew_lost", "the program's camera has no skew: pixels lie up to " +
+    diagnostics.warn("skew_lost", "the target program cannot model skew: up to " +
                                       rounded_px(std::abs(lens.intrinsics.skew) * 0.5 * lens.size.height /
                                                  lens.intrinsics.fy) +
-                                      " off at the top and bottom edges" + next);
+                                      " error at the top and bottom edges" + next);
   double largest = 0;
   for (int j = 0; j <= 16; ++j)
     for (int i = 0; i <= 16; ++i) {
@@ -128,8 +128,8 @@ void report_losses(const RigProjector& projector, bool skew_is_lost, Diagnostics
           std::max(largest, (lens.intrinsics.pixel_from_normalized(bearing->hnormalized()) - pixel).norm());
     }
   if (largest > 0.005)
-    diagnostics.warn("distortion_lost", "the program's camera has no lens distortion: pixels lie up to " +
-                                            rounded_px(largest) + " off" + next);
+    diagnostics.warn("distortion_lost", "the target program cannot model lens distortion: up to " +
+                                            rounded_px(largest) + " error" + next);
 }
 
 void say_render_size(CameraSettings& settings, ImageSize projector) {
@@ -365,8 +365,10 @@ Directions directions_of(CameraProgram program) {
 CameraProgram parse_camera_program(const std::string& name) {
   for (std::size_t i = 0; i < kPrograms.size(); ++i)
     if (name == kPrograms[i]) return CameraProgram(i);
-  throw Error(ErrorKind::kInput, "'" + name + "'", "there are no camera settings for it",
-              "give unity, unreal, godot, blender, splash, sgct or opengl");
+  throw Error(
+      ErrorKind::kInput, "'" + name + "'", "there are no camera settings for it",
+      "give unity, unreal, godot, blender, splash, sgct or opengl; for ros, opencv, kalibr, mrcal, colmap, urdf, "
+      "sdf and gltf use procam convert");
 }
 
 CameraSettings camera_settings(CameraProgram program, const RigProjector& projector,

@@ -1,10 +1,12 @@
 #pragma once
 /// A plane: the points x with normal . x + offset = 0, normal of unit length.
 ///
-/// Example: the wall two metres in front of a camera, facing it, is normal (0, 0, -1), offset 2.
+/// Example: the wall two metres in front of a camera, facing it, is Plane::through({0, 0, 2}, {0, 0, -1}): normal (0, 0, -1),
+/// offset 2.
 #include <cmath>
 #include <optional>
 
+#include "procam/core/base/error.hpp"
 #include "procam/core/geometry/ray.hpp"
 
 namespace procam {
@@ -16,6 +18,14 @@ struct Plane {
   /// Metres from the plane, positive on the normal's side.
   double signed_distance(const Vec3& point) const { return normal.dot(point) + offset; }
 
+  /// The plane through a point, metres; the normal may have any length. Throws std::invalid_argument for a normal or a point
+  /// that gives no plane.
+  static Plane through(const Vec3& point, const Vec3& normal) {
+    require(normal.allFinite() && point.allFinite() && normal.norm() > 0,
+            "Plane::through: the normal has no direction, or a number is not finite");
+    const Vec3 n = normal.stableNormalized();
+    return {n, -n.dot(point)};
+  }
   /// The plane z = 0 of a placed thing (board, sheet, surface), its normal along the thing's +z.
   static Plane of_xy(const Pose& target_from_thing) {
     const Vec3 n = target_from_thing.rotate(Vec3::UnitZ());

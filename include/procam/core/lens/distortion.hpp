@@ -1,11 +1,15 @@
 #pragma once
-/// Lens distortion: a closed set of models. To add one: write core/distortion/x.hpp with the members below
+/// Lens distortion: a closed set of models. To add one: write core/lens/distortion/x.hpp with the members below
 /// and add it to the variant; round trip, Jacobian and file laws then run over it.
 ///
 ///   kName, kNumCoefficients, kCoefficientNames, coefficients
 ///   distort<T>(coefficients, point in optical frame) -> distorted normalised image point, or nullopt
 ///   undistort(coefficients, distorted point) -> direction in optical frame, or nullopt
+///   formula<T>(coefficients, x, y, distorted_x, distorted_y)   optional: distort() on z = 1 without its checks, for many points
+///                                                             at once. Points of a model without it are computed one by one.
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -19,6 +23,17 @@
 namespace procam {
 
 using Distortion = std::variant<NoDistortion, BrownConrady, RationalDistortion, FisheyeDistortion>;
+
+namespace internal {
+template <typename Model, typename = void>
+struct HasFormula : std::false_type {};
+template <typename Model>
+struct HasFormula<Model,
+                  std::void_t<decltype(Model::formula(
+                      std::declval<const double*>(), std::declval<const double&>(),
+                      std::declval<const double&>(), std::declval<double&>(), std::declval<double&>()))>>
+    : std::true_type {};
+}  // namespace internal
 
 PROCAM_EXPORT const char* name_of(const Distortion& distortion);
 

@@ -38,4 +38,10 @@ inline std::string nearest_name(const std::string& name, const std::vector<std::
   return nearest;
 }
 
+/// "did you mean 'gray'? " for the nearest of the known names; empty when none is near.
+inline std::string did_you_mean(const std::string& name, const std::vector<std::string>& known) {
+  const std::string nearest = nearest_name(name, known);
+  return nearest.empty() ? "" : "did you mean '" + nearest + "'? ";
+}
+
 }  // namespace procam::internal

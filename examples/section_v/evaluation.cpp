@@ -6,6 +6,7 @@
 
 #include "procam/core/base/cholesky.hpp"
 #include "procam/core/base/closed_form.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
 
 namespace procam::section_v {
@@ -140,6 +141,11 @@ void predict_from(const std::vector<Seen>& all, SheetEvaluation& result) {
   result.predicted_rms_mm = 1e3 * std::sqrt(squares / double(predicted.size()));
   result.inside_95 = double(inside) / double(predicted.size());
   result.causes = analyze::rank_causes(predicted);
+  double pose = 0;
+  for (const LandingError* error : predicted)
+    for (const LandingError::SourceError& source : error->sources)
+      if (source.name == "rig pose") pose += source.rms() * source.rms();
+  result.pose_rms_mm = 1e3 * std::sqrt(pose / double(predicted.size()));
 }
 
 SheetEvaluation evaluate_sheet(const Sheet& sheet, const std::vector<Seen>& all, const Projector& projector) {
@@ -211,22 +217,28 @@ std::vector<Sheet> original_sheets() {
   return {{"47 degrees", Vec2(0.202, 0.211), 47}, {"60 degrees", Vec2(0.1485, 0.211), 60}};
 }
 
-std::vector<SheetPlacement> original_placements(const Projector& projector, const std::vector<Sheet>& sheets,
-                                                std::uint64_t seed) {
-  constexpr int kPlacements = 11;
-  constexpr double kDistances[] = {1.2, 1.6, 2.2};
+Sheet sheet_at(double incidence_deg) {
+  for (const Sheet& sheet : original_sheets())
+    if (sheet.incidence_deg == incidence_deg) return sheet;
+  return {shortest(incidence_deg) + " degrees", original_sheets().front().size, incidence_deg};
+}
+
+std::vector<SheetPlacement> draw_placements(const Projector& projector, const SheetLayout& layout,
+                                            std::uint64_t seed) {
+  require(layout.placements > 0 && !layout.distances.empty(),
+          "draw_placements: a placement and a distance, or more");
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   const ImageSize size = projector.size();
   std::vector<SheetPlacement> placements;
-  for (int sheet = 0; sheet < int(sheets.size()); ++sheet)
-    for (int i = 0; i < kPlacements; ++i) {
+  for (int sheet = 0; sheet < int(layout.sheets.size()); ++sheet)
+    for (int i = 0; i < layout.placements; ++i) {
       const double u = size.width * (0.5 + uniform(random) / 6),
                    v = size.height * (0.5 + uniform(random) / 6);
-      SheetPlacement placement{sheet, kDistances[i % 3], Pose(), {}};
+      SheetPlacement placement{sheet, layout.distances[std::size_t(i) % layout.distances.size()], Pose(), {}};
       placement.projector_from_sheet =
-          place_sheet(projector, sheets[std::size_t(sheet)], Vec2(u, v), placement.distance, i % 2 == 1,
-                      5 * kDegree * uniform(random));
+          place_sheet(projector, layout.sheets[std::size_t(sheet)], Vec2(u, v), placement.distance,
+                      i % 2 == 1, 5 * kDegree * uniform(random));
       placements.push_back(placement);
     }
   return placements;

@@ -49,10 +49,20 @@ Pose place_sheet(const Projector& projector, const Sheet& sheet, const Vec2& pix
 
 /// The sheets of the original: 20.2 x 21.1 cm at 47 degrees, 14.85 x 21.1 cm at 60.
 std::vector<Sheet> original_sheets();
-/// Each sheet eleven times: 1.2, 1.6, 2.2 m in turn, lit from the middle third of the picture, turned to
-/// either side and by up to 5 degrees in its plane. No landings yet. Reproducible by seed.
-std::vector<SheetPlacement> original_placements(const Projector& projector, const std::vector<Sheet>& sheets,
-                                                std::uint64_t seed);
+/// A sheet of the original's larger size at another angle, of its own at 47 and 60 degrees.
+Sheet sheet_at(double incidence_deg);
+
+/// Which sheets stand where. The defaults are those of the original.
+struct SheetLayout {
+  std::vector<Sheet> sheets = original_sheets();
+  int placements = 11;                              ///< of each sheet
+  std::vector<double> distances = {1.2, 1.6, 2.2};  ///< in turn, metres
+};
+
+/// Each sheet at the distances in turn, lit from the middle third of the frame, rotated to either side and by up to 5 degrees
+/// in its plane. No landings yet. Reproducible by seed.
+std::vector<SheetPlacement> draw_placements(const Projector& projector, const SheetLayout& layout,
+                                            std::uint64_t seed);
 
 /// One row of the table: a corner over all placements of its sheet. Metres.
 struct CornerRow {
@@ -79,7 +89,8 @@ struct SheetEvaluation {
   double predicted_rms_mm = 0;                                  ///< of the same corners; 0: no prediction
   double inside_95 = 0;                ///< share of the landings inside their predicted 95 % regions
   std::vector<analyze::Cause> causes;  ///< of the predicted error, largest first
-  std::optional<LightTurn> turn;       ///< nullopt: fewer than three landings
+  double pose_rms_mm = 0;  ///< of the pose's position and rotation together, whose errors are correlated
+  std::optional<LightTurn> turn;  ///< nullopt: fewer than three landings
   double mm_per_pixel = 0;  ///< rms over directions and landings: what one pixel of reprojection error is
 };
 

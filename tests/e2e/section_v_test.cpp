@@ -57,6 +57,51 @@ TEST(SectionV, TheOriginalsErrorIsAnAngularBias) {
   }
 }
 
+/// Rows of a CSV file without its header.
+std::vector<std::string> rows_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(stream, line);) rows.push_back(line);
+  if (!rows.empty()) rows.erase(rows.begin());
+  return rows;
+}
+
+TEST(SectionV, AnglesDistancesPlacementsAndSeedsCanBeChosen) {
+  const ScratchFolder folder;
+  const std::string data = (folder / "data").string(), figures = (folder / "figures").string();
+  const std::string what = "--rig " + kTruth + " --truth " + kTruth +
+                           " --angles 30deg,47deg,70deg --distances 1.1m,1.9m --placements 4 --seed 5 ";
+  const ToolRun run =
+      run_program(kProgram, what + "--trials 3 --json --data " + data + " --figures " + figures);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.json().at("sheets").size(), 3u);
+  EXPECT_EQ(run.json().at("sheets")[2].at("name"), "70 degrees");
+  EXPECT_EQ(run.json().at("sheets")[0].at("placements"), 4);
+  EXPECT_EQ(run.json().at("seed"), 5);
+  EXPECT_EQ(run.json().at("inputs").size(), 2u);
+  const std::vector<std::string> corners = rows_of(folder / "data" / "corners.csv"),
+                                 trials = rows_of(folder / "data" / "trials.csv");
+  EXPECT_EQ(corners.size(), 3u * 4 * 4);
+  ASSERT_EQ(trials.size(), 9u);
+  EXPECT_EQ(trials[8].rfind("3,7,70 degrees,70,4,", 0), 0u) << trials[8];
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    EXPECT_NE(corners[i].find(i / 4 % 2 == 0 ? ",1.1," : ",1.9,"), std::string::npos) << corners[i];
+  EXPECT_EQ(rows_of(folder / "data" / "sheets.csv").size(), 3u);
+  int drawn = 0;
+  for (const auto& file : std::filesystem::directory_iterator(figures))
+    drawn += file.path().extension() == ".svg";
+  EXPECT_EQ(drawn, 4) << "three sheets and the room";
+  // A trial is that of its seed.
+  const ToolRun alone = run_program(
+      kProgram, "--rig " + kTruth + " --truth " + kTruth +
+                    " --angles 30deg,47deg,70deg --distances 1.1m,1.9m --placements 4 --seed 7 --data " +
+                    data);
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
+  const std::vector<std::string> seventh = rows_of(folder / "data" / "sheets.csv");
+  ASSERT_EQ(seventh.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(seventh[i].substr(2), trials[6 + i].substr(2));
+}
+
 TEST(SectionV, RefusesWhatItCannotEvaluate) {
   const ScratchFolder folder;
   std::ofstream(folder / "points.csv") << "A4, 1, 1.2, 47, 9, 0, 0, 1, 1\n";
@@ -73,6 +118,9 @@ TEST(SectionV, RefusesWhatItCannotEvaluate) {
       {"--measured " + points + " --units cm", 3, "corner is 9"},
       {"--measured " + (folder / "none.csv").string() + " --units cm", 3, "none.csv"},
       {"--truth " + kTruth + " --rig " + kTruth + " --noise -1", 2, "--noise"},
+      {"--truth " + kTruth + " --rig " + kTruth + " --angles 47deg,95deg", 2, "'95deg'"},
+      {"--truth " + kTruth + " --rig " + kTruth + " --distances 1.2", 2, "unit"},
+      {"--truth " + kTruth + " --original --angles 47deg", 2, "--angles"},
       {"--truth " + kTruth + " --rig " + kTruth + " --report " + (folder / "no/page.html").string(), 3,
        "page.html"},
   };

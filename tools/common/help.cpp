@@ -26,6 +26,7 @@ struct ValueType {
 constexpr ValueType kValueTypes[] = {
     {"FOLDER",
      " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
+    {"FILE", " section_v:measured section_v:corners "},
     {"FORMAT", " format "},
     {"LENGTH+-LENGTH", " calibrate-mount:height "},
     {"MOTION", " motion "},

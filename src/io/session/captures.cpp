@@ -267,10 +267,17 @@ std::vector<fs::path> list_views(const fs::path& session_folder) {
   const std::vector<fs::path> views = list(session_folder, [](const fs::directory_entry& entry) {
     return entry.is_directory() && holds_frames(entry.path(), 2);
   });
-  if (views.empty())
-    fail(session_folder, "none of its sub-folders holds images",
-         "give a session folder with one sub-folder of numbered images a board pose; for one photograph a "
-         "view that shows a printed and a projected board, give --shown (docs/patterns.md)");
+  if (views.empty()) {
+    const std::size_t images = images_in(session_folder).size();
+    fail(
+        session_folder,
+        images > 0 ? "it holds " + std::to_string(images) +
+                         " images itself, and none of its sub-folders holds images"
+                   : "none of its sub-folders holds images",
+        "give a session folder with one sub-folder of numbered images a board pose; for one photograph a "
+        "view that shows a printed and a projected board, give --shown (docs/patterns.md); for photographs of a "
+        "printed board alone, use calibrate-camera --images");
+  }
   return views;
 }
 

@@ -93,7 +93,8 @@ BoardSheet board_sheet(const Board& board, const BoardArtwork& artwork, const Pa
   add_ruler(sheet, Vec2(left, top + 0.005));
   sheet.texts.push_back(
       {Vec2(left, top + 0.009), kTextHeight, "100 mm from end to end: print at 100 %, then measure"});
-  sheet.texts.push_back({Vec2(left, top + 0.0135), kTextHeight, format_board(board)});
+  sheet.texts.push_back({Vec2(left, top + 0.0135), kTextHeight,
+                         format_board(board) + "; glue it to a flat plate, this edge down"});
   return sheet;
 }
 

@@ -57,8 +57,8 @@ TEST(SheetEvaluationTable, HoldsMedianSpreadAndError) {
 
 TEST(SheetEvaluationTable, RefusesWhatIsNoLanding) {
   const std::vector<Sheet> sheets = original_sheets();
-  EXPECT_THROW(evaluate(sheets, original_placements(lamp(), sheets, 1), lamp()), Error);
-  std::vector<SheetPlacement> placements = original_placements(lamp(), sheets, 1);
+  EXPECT_THROW(evaluate(sheets, draw_placements(lamp(), {}, 1), lamp()), Error);
+  std::vector<SheetPlacement> placements = draw_placements(lamp(), {}, 1);
   placements[3].landings = {{1, Vec2(0, 0), Vec2(std::nan(""), 0), std::nullopt}};
   EXPECT_THROW(evaluate(sheets, placements, lamp()), std::invalid_argument);
 }
@@ -67,7 +67,7 @@ TEST(SheetEvaluationTable, RefusesWhatIsNoLanding) {
 TEST(SheetEvaluationTurn, IsTheTurnOfTheLight) {
   const Projector projector = lamp();
   const std::vector<Sheet> sheets = original_sheets();
-  std::vector<SheetPlacement> placements = original_placements(projector, sheets, 4);
+  std::vector<SheetPlacement> placements = draw_placements(projector, {}, 4);
   ASSERT_EQ(placements.size(), 22u);
   const Vec3 turn = kDegree * Vec3(0.25, -0.31, 0.12);
   for (SheetPlacement& placement : placements) {
@@ -94,7 +94,7 @@ TEST(SheetEvaluationTurn, IsTheTurnOfTheLight) {
 TEST(CrudeCalibrationTurn, ExplainsTheMeanThatIsAskedFor) {
   const Projector projector = lamp();
   const std::vector<Sheet> sheets = original_sheets();
-  std::vector<SheetPlacement> placements = original_placements(projector, sheets, 4);
+  std::vector<SheetPlacement> placements = draw_placements(projector, {}, 4);
   CrudeCalibration crude{1.54, {}};
   for (int i = 0; i < 2; ++i)
     crude.turn.push_back(

@@ -97,7 +97,12 @@ demonstrations() {
   cp robot.png "$images/robot_corrected.png"
 }
 
-for picture in boards patterns calibration error locate verify photographs demonstrations; do
+# Needs the Python package and PIL.
+front() {
+  (cd "$images/../.." && PYTHONPATH=$tools/../src/python/package scripts/doc_room.py "$images/undistorted.png")
+}
+
+for picture in front boards patterns calibration error locate verify photographs demonstrations; do
   echo "$picture"
   "$picture" >/dev/null
 done

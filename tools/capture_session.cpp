@@ -106,11 +106,10 @@ OpenProjector open_projector(const std::string& name, const std::optional<std::s
   const device::Display& display = projector.display;
   projector.pattern = session::make_pattern(flags.pattern, display.size, flags.recorder.step);
   if (projector.pattern->channels() != 1)
-    throw Error(
-        ErrorKind::kUnsupported, "pattern '" + projector.pattern->text() + "'",
-        "pictures are shown and captured in grey here",
-        "use the pair of frames (without ':colour'), or show the picture that make-patterns writes and "
-        "capture it by other means");
+    throw Error(ErrorKind::kUnsupported, "pattern '" + projector.pattern->text() + "'",
+                "frames are shown and captured in grey here",
+                "use the pair of frames (without ':colour'), or show the frame that make-patterns writes and "
+                "capture it by other means");
   console.say("projector  " + (name.empty() ? "" : name + ": ") + "display " +
               std::to_string(display.number) + " (" + display.name + "), " + projector.pattern->describe());
   if (display.largest != display.size) {

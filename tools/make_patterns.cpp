@@ -32,7 +32,7 @@ void declare(CLI::App& app, Flags& flags) {
       "Native resolution of the projector, e.g. 1024x768")
       ->required();
   app.add_option("--step", flags.step, "Stripe width of Gray code in projector pixels")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
@@ -48,7 +48,7 @@ ExitCode make_patterns(const Flags& flags, Console& console) {
   session::require_same_session(flags.output, session);
   const std::vector<ImageU8> frames = pattern->frames();
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    console.progress("pictures", int(i), int(frames.size()));
+    console.progress("frames", int(i), int(frames.size()));
     io::save_image(flags.output / session::numbered("show", i, ".png"), frames[i]);
   }
   pattern->save_files(flags.output);

@@ -75,7 +75,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->check(within(0.2, 5));
   app.add_option("--threads", frames.rendering.threads, "Number of threads; 0: one for each core")
       ->check(CLI::Range(0, limits::kThreads));
-  app.add_option("--renderer", frames.renderer, "cpu, or gl for OpenGL without a window: the same picture")
+  app.add_option("--renderer", frames.renderer, "cpu, or gl for OpenGL without a window: the same frame")
       ->check(CLI::IsMember({"cpu", "gl"}))
       ->capture_default_str();
   app.add_flag("--average-numbers", flags.encoded,
@@ -149,7 +149,7 @@ ExitCode draw(Flags flags, Console& console) {
   if (frames.renderer == "gl") console.say("drawn by " + report.device);
   if (report.seen_share) {
     const ImageSize size = report.viewer_size;
-    console.say(format("the viewer's picture: %dx%d; of the light on the surfaces %.1f %% is in sight",
+    console.say(format("the viewer's image: %dx%d; of the light on the surfaces %.1f %% is in sight",
                        size.width, size.height, 100 * *report.seen_share));
     summary.set("/viewer/seen_share", *report.seen_share);
     summary.set("/viewer/picture", std::vector<double>{double(size.width), double(size.height)});

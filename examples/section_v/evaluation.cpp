@@ -265,7 +265,7 @@ Evaluation evaluate(const std::vector<Sheet>& sheets, const std::vector<SheetPla
   }
   if (evaluation.results.empty())
     throw Error(ErrorKind::kNotEnoughData, "evaluation", "no corner landed on any sheet",
-                "place the sheets where the projector's picture reaches them");
+                "place the sheets where the projector's frame reaches them");
   return evaluation;
 }
 

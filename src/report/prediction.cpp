@@ -208,9 +208,9 @@ std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, co
                      element("h1", "", escaped(title)) + "\n" +
                      element("div", "class=\"verdict\"",
                              element("p", "",
-                                     "The light lands within " + in_millimetres(worst->rms_mm) +
-                                         " (rms) of its place on " + escaped(worst->surface) +
-                                         (surfaces.size() > 1 ? ", the least certain surface" : "") + ".")) +
+                                     "Predicted projection error on " + escaped(worst->surface) +
+                                         (surfaces.size() > 1 ? ", the least certain surface" : "") + ": " +
+                                         in_millimetres(worst->rms_mm) + " RMS.")) +
                      "\n";
   for (const SurfacePrediction& surface : surfaces)
     body += section(escaped(surface.surface), of_surface(surface));

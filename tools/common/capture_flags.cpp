@@ -52,7 +52,7 @@ void declare_capture(CLI::App& app, CaptureFlags& flags) {
   app.add_option("--pattern", flags.pattern, "What is projected: " + session::pattern_help())
       ->capture_default_str();
   app.add_option("--step", flags.recorder.step, "Stripe width of Gray code in projector pixels")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 1024))
       ->capture_default_str();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },

@@ -124,7 +124,7 @@ constexpr Row kRows[] = {
      "render-to-image --rig rig.json --surfaces solved.json --content wall=video.mp4 --duration 10s -o frames.mp4"},
     {"render-to-image", "with a view of the room",
      "render-to-image --rig rig.json --surfaces solved.json --content wall=picture.png -o frame.png --preview view.png"},
-    {"scan-surfaces", "a mesh for content, and a picture of it",
+    {"scan-surfaces", "a mesh for content, and an image of it",
      "scan-surfaces --captures scan --rig rig.json -o surfaces.json --preview scan.png"},
     {"scan-surfaces", "the points with standard deviations",
      "scan-surfaces --captures scan --rig rig.json -o surfaces.json --save-points points.ply"},

@@ -210,7 +210,10 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
       ++at;
       // A command stays one line, so that it can be copied.
       const std::size_t line_end = std::min(text.find('\n', at), text.size());
-      if (text.compare(at, 2, "  ") == 0) {
+      if (text.compare(at, 2, "  ") != 0) {
+        result += std::string(indent, ' ');
+        used = indent;
+      } else {
         result.append(text, at, line_end - at);
         at = line_end;
       }

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "common/help.hpp"
 #include "common/lens_flags.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/text.hpp"
@@ -126,7 +127,7 @@ void declare_input(CLI::App& app, ProjectorFlags& flags) {
       "centre of the top-left one at 0, 0 and NaN where undecoded (docs/patterns.md)");
   app.add_option(
       "--pattern", flags.stated.pattern,
-      "What was projected, if session.json does not say (default gray): " + session::pattern_help());
+      "What was projected, if session.json does not state it (default gray): " + session::pattern_help());
   add_parsed(
       app, "--projector-size",
       [&](const std::string& text) {
@@ -136,7 +137,7 @@ void declare_input(CLI::App& app, ProjectorFlags& flags) {
         else
           flags.stated.projectors[text.substr(0, equals)] = io::parse_size(text.substr(equals + 1));
       },
-      "Size of the projected picture, e.g. 1024x768; of several projectors one for each, with the name of "
+      "Size of the projected image, e.g. 1024x768; of several projectors one for each, with the name of "
       "its folder: left=1024x768")
       ->trigger_on_parse()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
@@ -163,7 +164,7 @@ void declare_data_sheet(CLI::App& app, ProjectorFlags& flags) {
   add_parsed(
       app, "--throw-ratio",
       [&](const std::string& text) { flags.sheet.throw_ratio = io::parse_uncertain(text); },
-      "Known of the projector: distance over picture width, e.g. 1.4 or 1.4+-0.02");
+      "Known of the projector: distance over image width, e.g. 1.4 or 1.4+-0.02");
   add_parsed(
       app, "--lens-shift",
       [&](const std::string& text) {
@@ -173,7 +174,7 @@ void declare_data_sheet(CLI::App& app, ProjectorFlags& flags) {
         flags.sheet.lens_shift = {io::parse_uncertain(text.substr(0, comma)),
                                   io::parse_uncertain(text.substr(comma + 1))};
       },
-      "Known of the projector: how far its axis lies from the picture's centre, in widths and heights, right "
+      "Known of the projector: how far its axis is from the centre of the image, in widths and heights, right "
       "and down, e.g. 0,0.5 or 0+-0.01,0.5+-0.02");
   app.add_flag("--square-pixels", flags.sheet.square_pixels, "Known of the projector: fx = fy");
   app.add_option("--known-camera", flags.known_camera,
@@ -230,7 +231,7 @@ void declare_limits(CLI::App& app, ProjectorFlags& flags) {
 void declare_mirror(CLI::App& app, ProjectorFlags& flags) {
   auto* mirror =
       app.add_option("--mirror-view", flags.mirror_view,
-                     "The session was captured in a flat mirror: a picture of the board that lies on "
+                     "The session was captured in a flat mirror: an image of the board that lies on "
                      "the mirror, taken by the same camera at its place");
   add_parsed(
       app, "--mirror-board", [&](const std::string& text) { flags.mirror_board = io::read_board(text); },
@@ -243,16 +244,7 @@ void declare_mirror(CLI::App& app, ProjectorFlags& flags) {
       ->needs(mirror);
 }
 
-}  // namespace
-
-void declare_projector(CLI::App& app, ProjectorFlags& flags) {
-  declare_calibration(app, flags);
-  declare_input(app, flags);
-  declare_data_sheet(app, flags);
-  declare_update(app, flags);
-  declare_models(app, flags);
-  declare_limits(app, flags);
-  declare_mirror(app, flags);
+void declare_check(CLI::App& app, ProjectorFlags& flags) {
   app.add_option("--truth", flags.truth,
                  "A rig file known to be true (a simulation's): report the distance to it");
   app.add_option(
@@ -261,6 +253,22 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
   add_parsed(
       app, "--unit", [&](const std::string& text) { flags.metres_per_unit = io::parse_length(text); },
       "Unit of the translation in another program's file (default 1mm)");
+}
+
+}  // namespace
+
+void declare_projector(CLI::App& app, ProjectorFlags& flags) {
+  declare_group(app, "Input", [&] { declare_input(app, flags); });
+  declare_group(app, "Calibration", [&] {
+    declare_calibration(app, flags);
+    declare_models(app, flags);
+  });
+  for (const char* name : {"--observations", "--camera-size"}) app.get_option(name)->group("Input");
+  declare_group(app, "Known values", [&] { declare_data_sheet(app, flags); });
+  declare_group(app, "Accepted error", [&] { declare_limits(app, flags); });
+  declare_group(app, "Refresh of a rig", [&] { declare_update(app, flags); });
+  declare_group(app, "Through a mirror", [&] { declare_mirror(app, flags); });
+  declare_group(app, "Checks", [&] { declare_check(app, flags); });
   app.callback([&app, &flags] { require_one_input(app, flags); });
 }
 

@@ -150,10 +150,10 @@ void declare_room(CLI::App& app, RoomFlags& flags) {
   });
   app.add_option(
       "--throw-ratio", flags.throw_ratios,
-      "Known of the projector: distance over picture width, e.g. 1.4 or 1.4+-0.02; of several projectors NAME=1.4");
+      "Known of the projector: distance over image width, e.g. 1.4 or 1.4+-0.02; of several projectors NAME=1.4");
   app.add_option(
       "--lens-shift", flags.lens_shifts,
-      "Known of the projector: how far its axis lies from the picture's centre, in widths and heights, "
+      "Known of the projector: how far its axis is from the centre of the image, in widths and heights, "
       "right and down, e.g. "
       "0,0.5 or 0+-0.01,0.5+-0.02; of several projectors NAME=0,0.5");
   declare_light(app, flags.open);

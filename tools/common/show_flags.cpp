@@ -14,7 +14,7 @@ namespace {
 double parse_depth_scale(const std::string& text) {
   const double scale = io::parse_length(text);
   if (!(scale > 0 && scale < 1))
-    throw Error(ErrorKind::kInput, "'" + text + "'", "one step of a depth picture cannot be that long",
+    throw Error(ErrorKind::kInput, "'" + text + "'", "one step of a depth image cannot be that long",
                 "give the unit of its numbers, e.g. 1mm, or 0.2mm for 1/5000 m");
   return scale;
 }
@@ -342,7 +342,7 @@ void declare_network(CLI::App& app, show::ShowOptions& o) {
 void declare_drawing(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--threads", o.threads, "Number of threads; 0: one for each core")
       ->check(CLI::Range(0, limits::kThreads));
-  app.add_option("--renderer", o.renderer, "cpu, or gl for OpenGL: the same picture")
+  app.add_option("--renderer", o.renderer, "cpu, or gl for OpenGL: the same frame")
       ->check(CLI::IsMember({"cpu", "gl"}))
       ->capture_default_str();
   app.add_flag("--bilinear", o.bilinear,

@@ -263,6 +263,7 @@ void bind_watch_class(py::module_& m) {
       .value("kProjectorOff", watch::WatchState::kProjectorOff,
              "the camera sees the room without the content")
       .value("kLightSwitched", watch::WatchState::kLightSwitched, "the room's light has changed");
+  function(m, "to_string", &watch::to_string, "As in logs and metrics.", py::arg("state"));
   Record<watch::WatchOptions>(m, "WatchOptions", "")
       .fields_init()
       .field("geometry", &watch::WatchOptions::geometry, "")

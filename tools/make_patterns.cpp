@@ -1,10 +1,14 @@
 // make-patterns: the pictures a projector shows for a calibration session, as files.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <system_error>
 
 #include "common/cli.hpp"
+#include "procam/device/video_file.hpp"
 #include "procam/io/board_file.hpp"
+#include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/session/captures.hpp"
 #include "procam/io/text.hpp"
@@ -21,8 +25,11 @@ struct Flags {
   ImageSize projector_size;
   int step = 1;
   std::optional<Board> board;
-  fs::path output;
+  fs::path output, video;
+  double hold_s = 1;
 };
+
+constexpr double kVideoRate = 10;  // a second: players show slower videos with gaps
 
 void declare(CLI::App& app, Flags& flags) {
   app.add_option("--pattern", flags.pattern, "What is projected: " + session::pattern_help())
@@ -38,9 +45,31 @@ void declare(CLI::App& app, Flags& flags) {
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
       "The printed board, for session.json, e.g. charuco:5x7:34mm:25mm:5x5_100");
   app.add_option("-o,--output", flags.output, "Folder for show_00.png ... and session.json")->required();
+  CLI::Option* video = app.add_option(
+      "--video", flags.video,
+      "Also write the frames as a video for a player: .mkv (lossless) or .mp4; show it pixel by pixel");
+  add_parsed(
+      app, "--hold", [&](const std::string& text) { flags.hold_s = io::parse_duration(text); },
+      "Time for which the video shows each frame, e.g. 2s (default: 1s)")
+      ->needs(video);
+}
+
+void write_video(const Flags& flags, const std::vector<ImageU8>& frames, Console& console) {
+  const int repeats = std::max(1, int(std::lround(flags.hold_s * kVideoRate)));
+  device::VideoFile video(flags.video, flags.projector_size, kVideoRate);
+  ImageU8 colour(flags.projector_size, 3);
+  for (const ImageU8& frame : frames) {
+    for (int y = 0; y < frame.height(); ++y)
+      for (int x = 0; x < frame.width(); ++x)
+        for (int c = 0; c < 3; ++c) colour.at(x, y, c) = frame.at(x, y, frame.channels() == 3 ? c : 0);
+    for (int i = 0; i < repeats; ++i) video.add(colour);
+  }
+  video.finish();
+  console.say(format("each frame for %.1f s: ", repeats / kVideoRate) + flags.video.string());
 }
 
 ExitCode make_patterns(const Flags& flags, Console& console) {
+  if (!flags.video.empty()) io::require_writable(flags.video);
   const auto pattern = session::make_pattern(flags.pattern, flags.projector_size, flags.step);
   const io::SessionInfo session =
       session::describe_session(*pattern, flags.projector_size, flags.board, flags.step);
@@ -53,6 +82,7 @@ ExitCode make_patterns(const Flags& flags, Console& console) {
   }
   pattern->save_files(flags.output);
   io::save_session(flags.output, session);
+  if (!flags.video.empty()) write_video(flags, frames, console);
   console.say(pattern->describe() + ": " + flags.output.string());
   console.say(
       "show them pixel by pixel (no scaling), and put each pose's captures into a folder beside them: " +

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "capture_stage.hpp"
+#include "procam/device/content_source.hpp"
 #include "procam/io/image/depth_file.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
@@ -40,6 +41,26 @@ TEST(MakePatterns, WritesTheFramesAndASessionThatStatesThem) {
 
   // The session of one pattern is not mixed with another's.
   EXPECT_EQ(run_tool("make-patterns", "--pattern phase --projector-size 100x60 -o " + folder).exit_code, 3);
+}
+
+TEST(MakePatterns, WritesAVideoForAPlayer) {
+  const ScratchFolder scratch;
+  const std::string video = (scratch / "patterns.mkv").string();
+  const std::string what =
+      "--pattern gray --step 4 --projector-size 100x60 -o " + (scratch / "session").string();
+  ASSERT_EQ(run_tool("make-patterns", what + " --video " + video + " --hold 300ms").exit_code, 0);
+  const std::vector<ImageU8> frames = pattern::frames(pattern::GrayCode{{100, 60}, 4});
+  device::ContentOptions exact;
+  exact.pace = device::Pace::kExact;
+  const auto content = device::open_content(video, exact);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const ViewU8 shown = content->at(0.3 * double(i) + 0.15).view;
+    ASSERT_EQ(shown.width, 100);
+    for (const auto& [x, y] : {std::pair(3, 7), std::pair(50, 31), std::pair(97, 58)})
+      EXPECT_EQ(int(shown.at(x, y, 1)), int(frames[i].at(x, y))) << i;
+  }
+  EXPECT_EQ(run_tool("make-patterns", what + " --hold 300ms").exit_code, 2);
+  EXPECT_EQ(run_tool("make-patterns", what + " --video " + (scratch / "no" / "v.mkv").string()).exit_code, 3);
 }
 
 TEST(CaptureSession, NamesWhatIsMissing) {

@@ -36,14 +36,14 @@ constexpr ValueType kValueTypes[] = {
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
      " align-maps:map arm base blend-with check depth draws image into intrinsics known-camera markers mount observations output pan-tilt points pose prior "
-     "preview record replay report rig save-board save-depth save-draws save-markers save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update virtual watch-markers watch-save weights "
+     "preview record replay report rig save-board save-depth save-draws save-markers save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update video virtual watch-markers watch-save weights "
      "write-moved write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures images project watch-folder "},
     {"LENGTH",
      " accept depth-scale deviation distance far farthest focal-length measured marker-size max-move mirror-depth near nearest scale text-height unit wall "},
     {"ANGLE", " bump max-turn pitch roll yaw "},
     {"TIME",
-     " blank-on-stale camera-delay clock-offset delay delay-sigma depth-delay duration freeze-on-stale interval "
+     " blank-on-stale camera-delay clock-offset delay delay-sigma depth-delay duration freeze-on-stale hold interval "
      "jitter latency sensor-delay source-delay time time-offset track-delay track-readout watch-delay watch-pose-time "},
     {"WxH", " camera-size grid projector-size resolution size target "},
     {"BOARD", " board mirror-board "},
@@ -82,7 +82,7 @@ constexpr ValueType kValueTypes[] = {
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " data figures json output preview record report save-board save-depth save-draws save-markers save-mount save-points save-poses save-show watch-save weights write-moved write-observations ";
+    " data figures json output preview record report save-board save-depth save-draws save-markers save-mount save-points save-poses save-show video watch-save weights write-moved write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

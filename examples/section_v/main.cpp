@@ -235,11 +235,6 @@ void summarize(const Flags& flags, const Outcome& outcome, Summary& summary) {
     summary.set(at + "/turn_deg", outcome.shares[i].turn_deg);
   }
   summary.set("/verdict", outcome.verdict);
-  std::vector<std::string> inputs;
-  for (const std::string& file : {flags.input.rig.string(), flags.input.truth.string(), flags.measured})
-    if (!file.empty()) inputs.push_back(file);
-  summary.set("/inputs", inputs);
-  if (flags.measured.empty()) summary.set("/seed", double(flags.seed));
 }
 
 void write_files(const Flags& flags, const std::vector<Outcome>& trials, Console& console) {

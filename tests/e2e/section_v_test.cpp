@@ -77,7 +77,7 @@ TEST(SectionV, AnglesDistancesPlacementsAndSeedsCanBeChosen) {
   EXPECT_EQ(run.json().at("sheets").size(), 3u);
   EXPECT_EQ(run.json().at("sheets")[2].at("name"), "70 degrees");
   EXPECT_EQ(run.json().at("sheets")[0].at("placements"), 4);
-  EXPECT_EQ(run.json().at("seed"), 5);
+  EXPECT_EQ(run.json().at("seed"), "5");
   EXPECT_EQ(run.json().at("inputs").size(), 2u);
   const std::vector<std::string> corners = rows_of(folder / "data" / "corners.csv"),
                                  trials = rows_of(folder / "data" / "trials.csv");

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <limits>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "common/examples.hpp"
@@ -77,11 +78,49 @@ TEST(Cli, HelpNamesTypesAndGroups) {
       << run.out;
 }
 
+TEST(Cli, OptionsOfOneTopicAreAGroup) {
+  const auto declare = [](CLI::App& app) {
+    static std::string rig, pose, output;
+    app.add_option("--rig", rig, "the rig");
+    declare_group(app, "Poses", [&] {
+      app.add_option("--pose", pose, "the pose");
+      app.add_option("-o,--output", output, "the result");
+    });
+  };
+  const ToolRun run = run_with({"--help"}, nothing, declare);
+  const std::size_t rig = run.out.find("  --rig FILE"), group = run.out.find("\nPoses:\n"),
+                    pose = run.out.find("  --pose FILE"), results = run.out.find("\nResults:\n"),
+                    output = run.out.find("  -o,--output FILE");
+  EXPECT_LT(rig, group) << run.out;
+  EXPECT_LT(group, pose) << run.out;
+  EXPECT_LT(pose, results) << run.out;
+  EXPECT_LT(results, output) << run.out;
+  EXPECT_NE(output, std::string::npos);
+}
+
+TEST(Cli, TheSummaryNamesInputsAndSeed) {
+  const auto declare = [](CLI::App& app) {
+    static std::string rig, output;
+    static int seed = 4;
+    app.add_option("--rig", rig, "the rig");
+    app.add_option("-o,--output", output, "the result");
+    app.add_option("--seed", seed, "of noise")->capture_default_str();
+  };
+  const ToolRun run = run_with({"--json", "--rig", "a/rig.json", "-o", "out.json"}, nothing, declare);
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_EQ(json["inputs"], nlohmann::json::array({"a/rig.json"}));
+  EXPECT_EQ(json["seed"], "4");
+  const ToolRun other = run_with({"--json", "--seed", "12"}, nothing, declare);
+  EXPECT_EQ(nlohmann::json::parse(other.out)["seed"], "12");
+  EXPECT_FALSE(nlohmann::json::parse(other.out).contains("inputs"));
+}
+
 TEST(Cli, WrapsAtTheWidthAndKeepsLines) {
   EXPECT_EQ(wrapped("one two three four", 9, 2, 0), "one two\n  three\n  four");
   EXPECT_EQ(wrapped("one two", 20, 4, 15), "one\n    two");
   EXPECT_EQ(wrapped("unbreakable", 4, 2, 0), "unbreakable");
   EXPECT_EQ(wrapped("Try:\n  a command stays one line\n", 9, 0, 0), "Try:\n  a command stays one line\n");
+  EXPECT_EQ(wrapped("markers\nor a file", 80, 4, 10), "markers\n    or a file");
   EXPECT_EQ(wrapped("", 80, 0, 0), "");
 }
 
@@ -176,7 +215,8 @@ TEST(Cli, NamesTheFlagWhoseTextDoesNotParse) {
   EXPECT_EQ(width, 2);
   const ToolRun bad = run_with({"--width", "2"}, nothing, declare);
   EXPECT_EQ(bad.code, 2);
-  EXPECT_TRUE(contains(bad.err, "--width: length '2': no unit; write 2m")) << bad.err;
+  EXPECT_TRUE(contains(bad.err, "measure-wall: --width: length '2'\n  why:  no unit\n  next: write 2m"))
+      << bad.err;
 }
 
 TEST(Cli, NumbersHaveBoundsThatNanDoesNotPass) {

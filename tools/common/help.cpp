@@ -257,6 +257,16 @@ void arrange_help(CLI::App& app) {
   app.formatter(std::make_shared<WrappedHelp>());
 }
 
+std::vector<std::string> named_inputs(const CLI::App& app) {
+  std::vector<std::string> files;
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string type = option->get_type_name();
+    if (option->get_group() == "Results" || (type != "FILE" && type != "FOLDER")) continue;
+    for (const std::string& file : option->results()) files.push_back(file);
+  }
+  return files;
+}
+
 std::string nearest_option(const CLI::App& app, const std::string& typed) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options())

@@ -221,7 +221,7 @@ std::vector<Outcome> outcomes(const Flags& flags, Console& console) {
   return all;
 }
 
-void summarize(const Flags& flags, const Outcome& outcome, Summary& summary) {
+void summarize(const Outcome& outcome, Summary& summary) {
   summarize(outcome.evaluation, summary);
   for (std::size_t i = 0; i < outcome.halves.size(); ++i) {
     const std::string at = "/sheets/" + std::to_string(i);
@@ -272,7 +272,7 @@ ExitCode evaluate(const Flags& flags, Console& console) {
   for (const SheetEvaluation& one : outcome.evaluation.results) say(one, console);
   for (const std::string& line : outcome.verdict) console.say(line);
   if (trials.size() > 1) say_trials(trials, console);
-  summarize(flags, outcome, console.summary());
+  summarize(outcome, console.summary());
   console.report(outcome.diagnostics);
   write_files(flags, trials, console);
   return exit_code(outcome.diagnostics);

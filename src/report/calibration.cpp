@@ -63,7 +63,9 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
           each_device(result, [&](int d) { return coverage(result, correspondences, d, input.next_view); })) +
       section("Quality checks", gate_table(result.rig.quality)) +
       section("Warnings and notes", diagnostic_list(result.diagnostics)) +
-      section("Numbers", numbers(result, input)) + section("Views", view_table(result)) +
+      section("Numbers", numbers(result, input)) +
+      section("Views",
+              each_device(result, [&](int d) { return view_bars(result, d); }) + view_table(result)) +
       section("Lens models", lens_alternatives(result)) +
       section("Residuals", each_device(result, [&](int d) { return residual_scatter(result, d); })) +
       section("The board's shape", board_shape(result, correspondences.board)) +

@@ -23,6 +23,10 @@ std::string coverage(const calibrate::CalibrationResult& result, const Correspon
 /// Residuals as magnified lines at their pixels: all views over each other, then one picture a view.
 std::string residual_quivers(const calibrate::CalibrationResult& result, int device);
 
+/// The RMS residual of each view in a device as bars, largest first; rejected views, those far above the median and
+/// those that lost many points are coloured.
+std::string view_bars(const calibrate::CalibrationResult& result, int device);
+
 /// How the board's points lie off their printed places: discs for out of the plane, magnified lines for along
 /// it. Nothing for a board that was taken as printed.
 std::string board_shape(const calibrate::CalibrationResult& result, const Board& board);

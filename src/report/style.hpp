@@ -19,7 +19,7 @@ h3 { font-size: 15px; margin: 20px 0 4px; overflow-wrap: anywhere; }
 p { margin: 4px 0 12px; max-width: 95ch; }
 .kicker { color: var(--accent); font-weight: 600; margin: 0; }
 .hint, figcaption { color: var(--soft); font-size: 13px; }
-.scroll + .hint { margin-top: 8px; }
+.pair + .scroll { margin-top: 20px; } .scroll + .hint { margin-top: 8px; }
 .verdict { border-left: 6px solid var(--good); background: var(--card); padding: 14px 18px; }
 .verdict.failed { border-color: var(--bad); } .verdict.imprecise { border-color: var(--warn); }
 .verdict p { margin: 0; font-size: 17px; max-width: none; }
@@ -71,6 +71,9 @@ svg .over { stroke: #14181b; stroke-width: 1.6px; } svg .under { stroke: #fff; s
 svg .principal { stroke: var(--accent); stroke-width: 1.8px; }
 svg .accent { fill: var(--accent); }
 svg path.held { fill: var(--line); } svg path.held.taken { fill: var(--accent); }
+svg path.rms { fill: var(--soft); fill-opacity: .55; }
+svg path.rms.warn { fill: var(--warn); fill-opacity: 1; } svg path.rms.bad { fill: var(--bad); fill-opacity: 1; }
+svg .tick.warn { fill: var(--warn); } svg .tick.bad { fill: var(--bad); }
 svg .bar { stroke: var(--ink); stroke-width: 2px; }
 svg path.sheet { fill: var(--card); fill-opacity: .6; stroke-width: 1.2px; }
 svg .next, svg path.sheet.next { stroke: var(--accent); stroke-width: 2px; stroke-dasharray: 7 4; fill: none; }

@@ -12,11 +12,10 @@
 #include <vector>
 
 #include "io/scratch.hpp"
-#include "procam/calibrate/calibrate.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/report/files.hpp"
+#include "report/calibrated_session.hpp"
 #include "report/page_data.hpp"
-#include "support/numeric_world.hpp"
 
 namespace procam::report {
 namespace {
@@ -24,46 +23,17 @@ namespace {
 using analyze::LightErrors;
 using analyze::NextView;
 using analyze::predicted_error_check;
-using analyze::predicted_light_errors;
 using analyze::SurfaceLocated;
-using analyze::true_light_errors;
 using calibrate::CalibrationResult;
 
-struct Session {
-  Correspondences data;
-  CalibrationResult result;
-  ReportInput input;
-};
+using Session = test::CalibratedSession;
 
-Session session_of(int views, bool holdout) {
-  const test::NumericWorld world = test::NumericWorld::make(views, 11, 0.08, 0.12);
-  Session session;
-  session.data = world.correspondences(12);
-  session.data.views[1].name = R"(<b>&"x")";
-  session.data.views[2].observations[0][7].pixel += Vec2(9, -6);    // an outlier of the camera
-  session.data.views[3].observations[1][20].pixel += Vec2(-14, 3);  // and one of the projector
-  calibrate::Options options;
-  options.holdout = holdout;
-  session.result = calibrate::calibrate_rig(session.data, options);
-  session.input.title = "wall & floor";
-  session.input.predicted = {predicted_light_errors(session.result.rig, 2.0)};
-  Rig truth;
-  truth.cameras.push_back({"camera", world.camera, Pose()});
-  truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  session.input.truth = {true_light_errors(session.result.rig, truth, 2.0)};
-  session.result.rig.provenance = {
-      "calibrate-projector", "0.1.0", "2024-05-06T07:08:09Z", {{"step", "4"}}, {{"a/<1>.png", "00ff"}}};
-  return session;
-}
-
-/// One solve for all tests that read a good page.
 const Session& good_session() {
-  static const Session session = session_of(8, true);
-  return session;
+  return test::calibrated_session();
 }
 
 std::string page_of(const Session& session) {
-  return calibration_report(session.result, session.data, session.input);
+  return session.page();
 }
 
 bool holds(const std::string& page, const std::string& text) {
@@ -375,7 +345,7 @@ TEST(Report, RefusesCorrespondencesOfAnotherSession) {
 }
 
 TEST(Report, OfTwentyViewsIsBelowAMegabyte) {
-  const std::string page = page_of(session_of(20, false));
+  const std::string page = page_of(test::calibrate_session(20, false));
   EXPECT_LT(page.size(), 1000000u);
   EXPECT_EQ(imbalance(page), "");
 }

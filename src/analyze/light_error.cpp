@@ -236,6 +236,7 @@ std::optional<LightErrorModel> light_error_model(const Rig& rig, double distance
   for (const Vec2& point : points) {
     const auto chain = chain_derivatives(path, point);
     if (!chain) continue;
+    model.pixels.push_back(chain->pixel);
     model.by_parameters.push_back(errors.landing_by(*chain));
     model.mean_square += model.by_parameters.back().transpose() * model.by_parameters.back();
   }
@@ -253,6 +254,17 @@ LightErrors predicted_light_errors(const Rig& rig, double distance, const std::s
 
 LightError predicted_light_error(const Rig& rig, double distance, const std::string& projector) {
   return light_error_model(rig, distance, projector, SurfaceLocated::kExternally)->under(rig.covariance);
+}
+
+std::optional<LightErrorMap> predicted_error_map(const Rig& rig, double distance,
+                                                 const std::string& projector, SurfaceLocated located) {
+  const auto model = light_error_model(rig, distance, projector, located);
+  if (!model) return std::nullopt;
+  LightErrorMap map{model->under(rig.covariance), kGridColumns, kGridRows, model->pixels, {}};
+  const MatX block = rig.covariance.block(model->names);
+  for (const MatX& by_all : model->by_parameters)
+    map.rms_mm.push_back(1e3 * std::sqrt((by_all * block * by_all.transpose()).trace()));
+  return map;
 }
 
 LightErrors true_light_errors(const Rig& estimated, const Rig& truth, double distance,

@@ -58,6 +58,7 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       element("h1", "", escaped(input.title)) + "\n" + verdict(result, input) + key_figures(result, input) +
       next_view(input.next_view, input.accepted.located) +
       section("Rig in space", rig_in_space(result, correspondences.board, input.next_view)) +
+      section("Predicted error over the frame", error_maps(result.rig, input.predicted)) +
       section(
           "Coverage",
           each_device(result, [&](int d) { return coverage(result, correspondences, d, input.next_view); })) +

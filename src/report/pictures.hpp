@@ -2,8 +2,10 @@
 /// The pictures of the report: each a <figure> with inline SVG and a caption that says what to look for.
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "procam/analyze/advice.hpp"
+#include "procam/analyze/light_error.hpp"
 #include "procam/analyze/prediction.hpp"
 #include "procam/calibrate/result.hpp"
 
@@ -26,6 +28,10 @@ std::string residual_quivers(const calibrate::CalibrationResult& result, int dev
 /// The RMS residual of each view in a device as bars, largest first; rejected views, those far above the median and
 /// those that lost many points are coloured.
 std::string view_bars(const calibrate::CalibrationResult& result, int device);
+
+/// The predicted errors on a wall over the projector's frame, pixel by pixel, with their RMS in the caption. Nothing
+/// without a covariance.
+std::string error_maps(const Rig& rig, const std::vector<analyze::LightErrors>& predicted);
 
 /// How the board's points lie off their printed places: discs for out of the plane, magnified lines for along
 /// it. Nothing for a board that was taken as printed.

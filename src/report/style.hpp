@@ -68,6 +68,7 @@ svg .unused { stroke: var(--soft); stroke-width: 1px; }
 svg .empty { fill: var(--tint); }
 /* On colours that are the same in light and dark. */
 svg .over { stroke: #14181b; stroke-width: 1.6px; } svg .under { stroke: #fff; stroke-width: 4px; stroke-opacity: .6; }
+svg .on-heat { fill: #14181b; } svg .on-heat.dark { fill: #fff; }
 svg .principal { stroke: var(--accent); stroke-width: 1.8px; }
 svg .accent { fill: var(--accent); }
 svg path.held { fill: var(--line); } svg path.held.taken { fill: var(--accent); }

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <regex>
 
+#include "procam/core/base/words.hpp"
 #include "report/calibrated_session.hpp"
 #include "support/expect_error.hpp"
 
@@ -50,6 +51,23 @@ TEST(ViewBars, ColourWhatIsSuspicious) {
   EXPECT_TRUE(contains(bars, "rejected: stale frame"));
   EXPECT_TRUE(contains(bars, "Coloured: 2 of 8 views"));
   EXPECT_FALSE(contains(figure_of(session.page(), "RMS by view of camera"), "class=\"rms warn\""));
+}
+
+/// A cell for each pixel of the grid that counts; the caption has the headline's number.
+TEST(ErrorMaps, ShowBothPredictedErrors) {
+  const CalibratedSession& session = test::calibrated_session();
+  const std::string page = session.page();
+  const analyze::LightErrors& errors = session.input.predicted.at(0);
+  for (const analyze::LightError* error : {&errors.externally, &*errors.by_camera}) {
+    const std::string map =
+        figure_of(page, std::string("Predicted error of projector located ") + to_string(error->located));
+    ASSERT_FALSE(map.empty());
+    EXPECT_TRUE(contains(map, "<b>" + significant(error->rms_mm, 2) + " mm RMS</b>"));
+    const std::string tip = "<title>pixel (";
+    int cells = 0;
+    for (std::size_t at = map.find(tip); at != std::string::npos; at = map.find(tip, at + 1)) ++cells;
+    EXPECT_EQ(cells, int(std::lround(error->share * 17 * 13)));
+  }
 }
 
 }  // namespace

@@ -37,11 +37,20 @@ std::string numbers(const CalibrationResult& result, const ReportInput& input) {
          "\n" + element("h3", "", "Fit") + "\n" + residual_numbers(result) + wall_errors(input);
 }
 
-/// One picture a device, side by side.
+std::string distortion(const CalibrationResult& result, int device) {
+  const Device& about = result.devices[std::size_t(device)];
+  return lens_distortion(about.kind == DeviceKind::kCamera
+                             ? result.rig.camera(about.name).camera
+                             : result.rig.projector(about.name).projector.inverse_camera,
+                         about.name);
+}
+
+/// One picture a device, side by side; nothing when there is none.
 template <typename Picture>
 std::string each_device(const CalibrationResult& result, Picture picture) {
   std::string pictures;
   for (int d = 0; d < int(result.devices.size()); ++d) pictures += picture(d);
+  if (pictures.empty()) return "";
   return element("div", "class=\"pair\"", "\n" + pictures) + "\n";
 }
 
@@ -65,10 +74,13 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       section("Quality checks", gate_table(result.rig.quality)) +
       section("Warnings and notes", diagnostic_list(result.diagnostics)) +
       section("Numbers", numbers(result, input)) +
+      section("Correlation of the parameters", correlation_matrix(result.rig.covariance)) +
       section("Views",
               each_device(result, [&](int d) { return view_bars(result, d); }) + view_table(result)) +
       section("Lens models", lens_alternatives(result)) +
-      section("Residuals", each_device(result, [&](int d) { return residual_scatter(result, d); })) +
+      section("Lens distortion", each_device(result, [&](int d) { return distortion(result, d); })) +
+      section("Residuals", each_device(result, [&](int d) { return residual_scatter(result, d); }) +
+                               each_device(result, [&](int d) { return residual_histogram(result, d); })) +
       section("The board's shape", board_shape(result, correspondences.board)) +
       section("Residuals in the image", quivers) +
       section("Where this comes from", provenance_section(result.rig.provenance));

@@ -37,6 +37,16 @@ std::string error_maps(const Rig& rig, const std::vector<analyze::LightErrors>& 
 /// it. Nothing for a board that was taken as printed.
 std::string board_shape(const calibrate::CalibrationResult& result, const Board& board);
 
+/// The correlations of the covariance's parameters as a coloured lower triangle, with names. Nothing for less than two
+/// parameters or more than 80.
+std::string correlation_matrix(const NamedCovariance& covariance);
+
+/// Residual::whitened of a device, x and y, with the normal curve. Nothing without residuals.
+std::string residual_histogram(const calibrate::CalibrationResult& result, int device);
+
+/// How a lens displaces a regular grid, magnified, with arrows. Nothing for a lens without distortion.
+std::string lens_distortion(const Camera& lens, const std::string& name);
+
 /// The lens models that were tried, as bars of their error on held-out views. Nothing when none were.
 std::string lens_alternatives(const calibrate::CalibrationResult& result);
 

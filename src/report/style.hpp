@@ -46,6 +46,7 @@ th.n + th:not(.n), td.n + td:not(.n) { padding-left: 10px; }
 .swatch { display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 8px; }
 figure { margin: 8px 0 0; min-width: 0; }
 figcaption { margin-top: 4px; overflow-wrap: anywhere; max-width: 95ch; }
+.matrix { max-width: 820px; } .matrix svg { min-width: 520px; }
 figcaption b { color: var(--ink); }
 svg { display: block; width: 100%; height: auto; background: var(--card); border-radius: 6px; }
 /* Colours of views are attributes, which any rule of a style sheet overrides: none here may set them. */
@@ -75,6 +76,8 @@ svg path.held { fill: var(--line); } svg path.held.taken { fill: var(--accent); 
 svg path.rms { fill: var(--soft); fill-opacity: .55; }
 svg path.rms.warn { fill: var(--warn); fill-opacity: 1; } svg path.rms.bad { fill: var(--bad); fill-opacity: 1; }
 svg .tick.warn { fill: var(--warn); } svg .tick.bad { fill: var(--bad); }
+svg path.lens { stroke: var(--accent); stroke-width: 1.2px; stroke-opacity: .6; }
+svg .arrow { stroke: var(--ink); stroke-width: 1.2px; stroke-linecap: round; }
 svg .bar { stroke: var(--ink); stroke-width: 2px; }
 svg path.sheet { fill: var(--card); fill-opacity: .6; stroke-width: 1.2px; }
 svg .next, svg path.sheet.next { stroke: var(--accent); stroke-width: 2px; stroke-dasharray: 7 4; fill: none; }

@@ -70,5 +70,69 @@ TEST(ErrorMaps, ShowBothPredictedErrors) {
   }
 }
 
+TEST(CorrelationMatrix, HasACellForEachVisiblePair) {
+  const CalibratedSession& session = test::calibrated_session();
+  const NamedCovariance& covariance = session.result.rig.covariance;
+  const std::string matrix = figure_of(session.page(), "Correlation of the parameters");
+  for (const std::string& name : covariance.names)
+    EXPECT_TRUE(contains(matrix, ">" + name + "</text>")) << name;
+  const auto n = covariance.matrix.rows();
+  int visible = 0;
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double r = covariance.matrix(i, j) / std::sqrt(covariance.matrix(i, i) * covariance.matrix(j, j));
+      if (std::abs(r) < 0.05) continue;
+      ++visible;
+      EXPECT_TRUE(contains(matrix, "<title>" + covariance.names[std::size_t(i)] + ", " +
+                                       covariance.names[std::size_t(j)] + ": " + fixed(r, 2) + "</title>"));
+    }
+  int cells = 0;
+  for (std::size_t at = matrix.find("<title>"); at != std::string::npos; at = matrix.find("<title>", at + 1))
+    ++cells;
+  EXPECT_EQ(cells, visible);
+  EXPECT_GT(visible, 20);
+}
+
+/// The bars hold two numbers of every residual, and their standard deviation is near 1: the noise is estimated from them.
+TEST(ResidualHistogram, CountsEveryWhitenedResidual) {
+  const CalibratedSession& session = test::calibrated_session();
+  double squares = 0;
+  int used = 0, rejected = 0;
+  for (const calibrate::Residual& r : session.result.residuals) {
+    if (r.device != 1) continue;
+    (r.used ? used : rejected) += 2;
+    if (r.used) squares += r.whitened.squaredNorm();
+  }
+  EXPECT_NEAR(std::sqrt(squares / used), 1, 0.15);
+  const std::string histogram = figure_of(session.page(), "Histogram of residuals of projector");
+  const auto total = [&](const std::string& bars) {
+    int sum = 0;
+    const std::regex bar("class=\"" + bars + "\"[^>]*><title>([0-9]+)");
+    for (std::sregex_iterator at(histogram.begin(), histogram.end(), bar), end; at != end; ++at)
+      sum += std::atoi((*at)[1].str().c_str());
+    return sum;
+  };
+  EXPECT_EQ(total("rms"), used);
+  EXPECT_EQ(total("rms bad"), rejected);
+  EXPECT_GT(rejected, 0);
+  EXPECT_TRUE(contains(histogram, "Standard deviation " + fixed(std::sqrt(squares / used), 2)));
+}
+
+/// k1 alone displaces a corner by fx k1 r^2 x; a lens without distortion has no figure.
+TEST(LensDistortion, StatesItsLargestDisplacement) {
+  CalibratedSession session = test::calibrated_session();
+  Camera& camera = session.result.rig.cameras[0].camera;
+  const double width = camera.size.width, height = camera.size.height;
+  camera.intrinsics = {1000, 1000, 0.5 * (width - 1), 0.5 * (height - 1), 0};
+  camera.distortion = BrownConrady{{-0.1, 0, 0, 0, 0}};
+  const double r = std::hypot(width, height) / 2000;
+  const std::string grid = figure_of(session.page(), "Lens distortion of camera");
+  EXPECT_TRUE(contains(grid, "Max " + significant(1000 * 0.1 * r * r * r, 2) + " px"))
+      << grid.substr(grid.size() - 300);
+  EXPECT_TRUE(contains(grid, "class=\"arrow\""));
+  camera.distortion = NoDistortion{};
+  EXPECT_EQ(figure_of(session.page(), "Lens distortion of camera"), "");
+}
+
 }  // namespace
 }  // namespace procam::report

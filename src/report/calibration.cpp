@@ -62,10 +62,7 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
   std::string quivers;
   for (int d = 0; d < int(result.devices.size()); ++d) quivers += residual_quivers(result, d);
 
-  const std::string body =
-      element("p", "class=\"kicker\"", "Calibration report") + "\n" +
-      element("h1", "", escaped(input.title)) + "\n" + verdict(result, input) + key_figures(result, input) +
-      next_view(input.next_view, input.accepted.located) +
+  const std::string sections =
       section("Rig in space", rig_in_space(result, correspondences.board, input.next_view)) +
       section("Predicted error over the frame", error_maps(result.rig, input.predicted)) +
       section(
@@ -84,6 +81,10 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       section("The board's shape", board_shape(result, correspondences.board)) +
       section("Residuals in the image", quivers) +
       section("Where this comes from", provenance_section(result.rig.provenance));
+  const std::string body = element("p", "class=\"kicker\"", "Calibration report") + "\n" +
+                           element("h1", "", escaped(input.title)) + "\n" + verdict(result, input) +
+                           key_figures(result, input) + next_view(input.next_view, input.accepted.located) +
+                           table_of_contents(sections) + sections;
   return page(input.title, body + data(to_json(result, input)) + element("script", "", kReportScript) + "\n");
 }
 

@@ -188,9 +188,11 @@ std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, co
                                          (surfaces.size() > 1 ? ", the least certain surface" : "") + ": " +
                                          in_millimetres(worst->rms_mm) + " RMS.")) +
                      "\n";
+  std::string sections;
   for (const SurfacePrediction& surface : surfaces)
-    body += section(escaped(surface.surface), of_surface(surface));
-  body += section("In space", in_space(surfaces, rig));
+    sections += section(escaped(surface.surface), of_surface(surface));
+  sections += section("In space", in_space(surfaces, rig));
+  body += table_of_contents(sections) + sections;
   return page(title, body + data(to_json(surfaces)) + element("script", "", kReportScript) + "\n");
 }
 

@@ -238,9 +238,26 @@ TEST(Report, PoseSigmasAreThoseOfTheNumbersShown) {
 
 TEST(Report, LoadsNothingFromAnywhere) {
   const std::string page = page_of(good_session());
-  for (const std::string outside : {"http:", "https:", "src=", "href=", "@import", "url("})
+  for (const std::string outside : {"http:", "https:", "src=", "@import", "url("})
     EXPECT_FALSE(holds(page, outside)) << outside;
+  // A link leads within the page.
+  for (std::size_t at = page.find("href="); at != std::string::npos; at = page.find("href=", at + 1))
+    EXPECT_EQ(page.substr(at, 7), "href=\"#");
   EXPECT_TRUE(holds(page, "default-src 'none'"));
+}
+
+TEST(Report, LinksToItsSections) {
+  const std::string page = page_of(good_session());
+  const std::regex heading("<section id=\"([^\"]*)\">\n<h2>([^<]*)</h2>");
+  int sections = 0;
+  for (std::sregex_iterator at(page.begin(), page.end(), heading), end; at != end; ++at, ++sections)
+    EXPECT_TRUE(holds(page, "<a href=\"#" + (*at)[1].str() + "\">" + (*at)[2].str() + "</a>"));
+  EXPECT_GT(sections, 8);
+  std::size_t links = 0;
+  for (std::size_t at = page.find("<a href="); at != std::string::npos; at = page.find("<a href=", at + 1))
+    ++links;
+  EXPECT_EQ(int(links), sections);
+  EXPECT_LT(page.find("<nav"), page.find("<section id="));
 }
 
 TEST(Report, EscapesWhatPeopleNamed) {

@@ -113,6 +113,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   report::ReportInput summary = report::judge(result, flags.wall, flags.accepted, truth);
   summary.title = input.title;
   summary.views = input.views;
+  summary.images = input.view_images;
   io::save_rig(flags.output, result.rig);
   write_report(flags, result, correspondences, summary);
   console.say(report::headline(result, summary));

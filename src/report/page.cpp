@@ -11,7 +11,7 @@ std::string head(const std::string& title) {
   return "<meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
          "'unsafe-inline'; "
-         "script-src 'unsafe-inline'\">\n"
+         "script-src 'unsafe-inline'; img-src data:\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" +
          element("title", "", escaped(title)) + "\n" + element("style", "", kReportStyle) + "\n";
 }

@@ -8,6 +8,7 @@
 #include "procam/analyze/light_error.hpp"
 #include "procam/analyze/prediction.hpp"
 #include "procam/calibrate/result.hpp"
+#include "procam/core/rig/view_image.hpp"
 
 namespace procam::report {
 
@@ -32,6 +33,11 @@ std::string view_bars(const calibrate::CalibrationResult& result, int device);
 /// The predicted errors on a wall over the projector's frame, pixel by pixel, with their RMS in the caption. Nothing
 /// without a covariance.
 std::string error_maps(const Rig& rig, const std::vector<analyze::LightErrors>& predicted);
+
+/// At most twelve images of the views with found, projected and rejected points, rejected views first, then by RMS.
+/// Nothing without images.
+std::string view_captures(const calibrate::CalibrationResult& result, const Correspondences& data,
+                          const std::vector<ViewImage>& images);
 
 /// How the board's points lie off their printed places: discs for out of the plane, magnified lines for along
 /// it. Nothing for a board that was taken as printed.

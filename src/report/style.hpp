@@ -37,6 +37,7 @@ p { margin: 4px 0 12px; max-width: 95ch; }
 .contents a { color: var(--accent); text-decoration: none; } .contents a:hover { text-decoration: underline; }
 section { scroll-margin-top: 12px; }
 /* Shadows at the edges where a table goes on; the page's script adds words. */
+.captures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(320px, 100%), 1fr)); gap: 8px 16px; }
 .scroll { overflow-x: auto; background:
   linear-gradient(to right, var(--page) 40%, transparent) left / 32px 100% no-repeat local,
   linear-gradient(to left, var(--page) 40%, transparent) right / 32px 100% no-repeat local,
@@ -88,6 +89,9 @@ svg path.rms.warn { fill: var(--warn); fill-opacity: 1; } svg path.rms.bad { fil
 svg .tick.warn { fill: var(--warn); } svg .tick.bad { fill: var(--bad); }
 svg path.lens { stroke: var(--accent); stroke-width: 1.2px; stroke-opacity: .6; }
 svg .arrow { stroke: var(--ink); stroke-width: 1.2px; stroke-linecap: round; }
+/* On photographs, the same in light and dark. */
+svg .found { stroke: #19c3ff; stroke-width: 1.2px; } svg .projection { stroke: #ffe14d; stroke-width: 2px; stroke-linecap: round; }
+svg .light-point { stroke: #ff9f1c; stroke-width: 3px; stroke-linecap: round; } svg .rejected { stroke: #ff3b30; stroke-width: 2px; }
 svg .bar { stroke: var(--ink); stroke-width: 2px; }
 svg path.sheet { fill: var(--card); fill-opacity: .6; stroke-width: 1.2px; }
 svg .next, svg path.sheet.next { stroke: var(--accent); stroke-width: 2px; stroke-dasharray: 7 4; fill: none; }

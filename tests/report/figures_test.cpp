@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "procam/core/base/words.hpp"
+#include "procam/io/image/images.hpp"
 #include "report/calibrated_session.hpp"
 #include "support/expect_error.hpp"
 
@@ -22,6 +23,22 @@ std::string figure_of(const std::string& page, const std::string& description) {
   if (name == std::string::npos) return "";
   const std::size_t begin = page.rfind("<svg ", name), end = page.find("</figcaption>", name);
   return page.substr(begin, end - begin);
+}
+
+std::string bytes_of_base64(const std::string& text) {
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bytes;
+  unsigned bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    if (c == '=') break;
+    bits = (bits << 6 | unsigned(digits.find(c))) & 0xffffu;
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes += char(bits >> count & 0xffu);
+  }
+  return bytes;
 }
 
 TEST(ViewBars, AreSortedAndHaveTheirNumbers) {
@@ -132,6 +149,74 @@ TEST(LensDistortion, StatesItsLargestDisplacement) {
   EXPECT_TRUE(contains(grid, "class=\"arrow\""));
   camera.distortion = NoDistortion{};
   EXPECT_EQ(figure_of(session.page(), "Lens distortion of camera"), "");
+}
+
+/// Images of three views of twice the usual scale, one of a camera that the result does not have.
+CalibratedSession with_images() {
+  CalibratedSession session = test::calibrated_session();
+  const ImageSize size = session.result.devices[0].size;
+  for (const int v : {0, 2, 4}) {
+    ImageU8 image(size.width / 4, size.height / 4);
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) image.at(x, y) = std::uint8_t(x + y);
+    session.input.images.push_back({session.result.views[std::size_t(v)].name, "camera", image, 4});
+  }
+  session.input.images.push_back({session.result.views[1].name, "unknown", ImageU8(8, 8), 4});
+  return session;
+}
+
+TEST(Captures, ShowFoundAndRejectedPoints) {
+  const CalibratedSession session = with_images();
+  const std::string page = session.page();
+  EXPECT_EQ(test::calibrated_session().page().find("Capture of"), std::string::npos);
+  int found = 0;
+  for (const calibrate::Residual& r : session.result.residuals)
+    found += r.view == 2 && r.device == 0 && r.used;
+  const std::string capture = figure_of(page, "Capture of camera in view_2");
+  int circles = 0;
+  for (std::size_t at = capture.find("<circle"); at != std::string::npos;
+       at = capture.find("<circle", at + 1))
+    ++circles;
+  EXPECT_EQ(circles, found);
+  EXPECT_TRUE(contains(capture, "class=\"rejected\""));
+  EXPECT_TRUE(contains(capture, std::to_string(found) + " points, 1 rejected"));
+  EXPECT_FALSE(contains(figure_of(page, "Capture of camera in view_4"), "class=\"rejected\""));
+  EXPECT_EQ(page.find("Capture of unknown"), std::string::npos);
+}
+
+/// The image in the page is the JPEG of the preview, and fills the camera's pixels.
+TEST(Captures, HoldTheImageItself) {
+  const CalibratedSession session = with_images();
+  const std::string capture = figure_of(session.page(), "Capture of camera in view_4");
+  const ImageSize size = session.result.devices[0].size;
+  EXPECT_TRUE(contains(capture, "width=\"" + std::to_string(size.width) + "\" height=\"" +
+                                    std::to_string(size.height) + "\""));
+  const std::string open = "data:image/jpeg;base64,";
+  const std::size_t begin = capture.find(open) + open.size();
+  const ImageU8 image =
+      io::read_image(bytes_of_base64(capture.substr(begin, capture.find('"', begin) - begin)),
+                     "the page's image")
+          .image;
+  const ImageU8& given = session.input.images[2].image;
+  ASSERT_EQ(image.size(), given.size());
+  EXPECT_NEAR(image.at(10, 20), given.at(10, 20), 4);
+  EXPECT_NEAR(image.at(60, 40), given.at(60, 40), 4);
+}
+
+TEST(Captures, AreTwelveAtMostTheRejectedFirst) {
+  CalibratedSession session = test::calibrated_session();
+  session.result.views[5].used = false;
+  for (int copy = 0; copy < 2; ++copy)
+    for (const calibrate::ViewResult& view : session.result.views)
+      session.input.images.push_back({view.name, "camera", ImageU8(40, 30, 1, 90), 32});
+  const std::string page = session.page();
+  int captures = 0;
+  for (std::size_t at = page.find("Capture of"); at != std::string::npos;
+       at = page.find("Capture of", at + 1))
+    ++captures;
+  EXPECT_EQ(captures, 12);
+  EXPECT_EQ(page.find("Capture of"), page.find("Capture of camera in view_5"));
+  EXPECT_TRUE(contains(page, " 4 images of better views are not shown."));
 }
 
 }  // namespace

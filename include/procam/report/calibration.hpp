@@ -17,6 +17,7 @@
 #include "procam/calibrate/result.hpp"
 #include "procam/calibrate/update.hpp"
 #include "procam/core/base/export.hpp"
+#include "procam/core/rig/view_image.hpp"
 
 namespace procam::report {
 
@@ -31,6 +32,8 @@ struct ReportInput {
   analyze::WithinTruth within_truth;
   double wall = 2;  ///< metres, for which lens models are compared
   int views = 0;    ///< that were given; 0: as many as the result has
+  std::vector<ViewImage>
+      images;  ///< of the session's views (SessionContents::view_images); none: no captures drawn
 };
 
 /// What a report about a fresh calibration holds: predicts the errors on a wall, adds their checks to

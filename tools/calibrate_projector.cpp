@@ -72,6 +72,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   require_outputs(flags);
   std::optional<Rig> truth;
   if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
+  std::optional<Rig> earlier;  // read first: the output may replace it
+  if (!flags.compare.empty()) earlier = io::load_rig(flags.compare);
   std::optional<calibrate::MirrorView> mirror;
   const session::SessionContents input =
       flags.observations.empty() ? read_captures(flags, mirror, console) : read_observations(flags);
@@ -114,6 +116,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   summary.title = input.title;
   summary.views = input.views;
   summary.images = input.view_images;
+  summary.earlier = earlier;
   io::save_rig(flags.output, result.rig);
   write_report(flags, result, correspondences, summary);
   console.say(report::headline(result, summary));

@@ -41,8 +41,7 @@ void bind_light_error(py::module_& m) {
               py::arg("located"));
 
   Record<analyze::LightErrorMap> light_error_map(
-      m, "LightErrorMap",
-      "A predicted error pixel by pixel of the projector's picture: what LightError summarises.");
+      m, "LightErrorMap", "An error pixel by pixel of the projector's picture: what LightError summarises.");
   light_error_map.fields_init()
       .field("error", &analyze::LightErrorMap::error,
              "rms_mm is the root mean square of the list below, worst_mm its maximum")
@@ -52,7 +51,7 @@ void bind_light_error(py::module_& m) {
       .field("pixels", &analyze::LightErrorMap::pixels,
              "of the grid that count: on the wall and, by camera, seen by it")
       .field("rms_mm", &analyze::LightErrorMap::rms_mm,
-             "by pixel: the root mean square distance on the wall");
+             "by pixel: the distance on the wall; predicted: its root mean square");
 
   Record<analyze::WithinTruth> within_truth(
       m, "WithinTruth",
@@ -83,6 +82,10 @@ void bind_light_error(py::module_& m) {
            "predicted_light_errors().",
            py::arg("rig"), py::arg("distance"), py::arg("projector") = "",
            py::arg("located") = analyze::SurfaceLocated::kExternally);
+  function(m, "true_error_map", &analyze::true_error_map,
+           "The map of true_light_errors(), surface located externally: also of two rigs of which\n"
+           "neither is true.",
+           py::arg("estimated"), py::arg("truth"), py::arg("distance"), py::arg("projector") = "");
   function(m, "true_light_error", &analyze::true_light_error, "", py::arg("estimated"), py::arg("truth"),
            py::arg("distance"), py::arg("projector") = "");
 }

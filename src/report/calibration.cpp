@@ -65,6 +65,8 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
   const std::string sections =
       section("Rig in space", rig_in_space(result, correspondences.board, input.next_view)) +
       section("Predicted error over the frame", error_maps(result.rig, input.predicted)) +
+      section("Change from the earlier rig",
+              input.earlier ? rig_change(result.rig, *input.earlier, input.wall) : "") +
       section(
           "Coverage",
           each_device(result, [&](int d) { return coverage(result, correspondences, d, input.next_view); })) +

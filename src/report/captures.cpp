@@ -13,7 +13,7 @@ namespace {
 using calibrate::CalibrationResult;
 
 constexpr std::size_t kMaxCaptures = 12;
-constexpr std::size_t kMaxImageBytes = 40000;
+constexpr std::size_t kMaxImageBytes = 25000;
 
 std::string base64(const std::string& bytes) {
   constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -31,7 +31,7 @@ std::string base64(const std::string& bytes) {
 /// As an address that holds the image itself, a JPEG of at most kMaxImageBytes where a lower quality reaches that.
 std::string image_address(const ImageU8& image) {
   std::string bytes;
-  for (const int quality : {80, 60, 40}) {
+  for (const int quality : {80, 60, 40, 25}) {
     bytes = io::encode_jpeg(image, quality);
     if (bytes.size() <= kMaxImageBytes) break;
   }

@@ -39,6 +39,10 @@ std::string error_maps(const Rig& rig, const std::vector<analyze::LightErrors>& 
 std::string view_captures(const calibrate::CalibrationResult& result, const Correspondences& data,
                           const std::vector<ViewImage>& images);
 
+/// Maps of what differs from an earlier rig: the light on a wall so many metres away, and each lens; by devices of the
+/// same name and size.
+std::string rig_change(const Rig& rig, const Rig& earlier, double wall);
+
 /// How the board's points lie off their printed places: discs for out of the plane, magnified lines for along
 /// it. Nothing for a board that was taken as printed.
 std::string board_shape(const calibrate::CalibrationResult& result, const Board& board);

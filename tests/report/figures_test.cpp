@@ -219,5 +219,23 @@ TEST(Captures, AreTwelveAtMostTheRejectedFirst) {
   EXPECT_TRUE(contains(page, " 4 images of better views are not shown."));
 }
 
+/// A projector that moved by 3 mm along the wall: 3 mm at every pixel; a principal point 2 px off: 2 px.
+TEST(RigChange, MapsTheLightAndTheLenses) {
+  CalibratedSession session = test::calibrated_session();
+  EXPECT_FALSE(contains(session.page(), "Change from the earlier rig"));
+  session.input.earlier = session.result.rig;
+  RigProjector& moved = session.input.earlier->projectors[0];
+  moved.rig_from_projector.translation += moved.rig_from_projector.rotate(Vec3(3e-3, 0, 0));
+  session.input.earlier->cameras[0].camera.intrinsics.cx += 2;
+  const std::string page = session.page();
+  const std::string light = figure_of(page, "Change of the light of projector");
+  EXPECT_TRUE(contains(light, "<b>3.0 mm RMS</b> on a wall at 2\u00a0m"));
+  EXPECT_TRUE(contains(light, "pixel (0, 0): 3.0 mm"));
+  EXPECT_TRUE(contains(figure_of(page, "Change of the lens of camera"), "<b>2.0 px RMS</b>"));
+  session.input.earlier->projectors.clear();
+  session.input.earlier->cameras[0].name = "other";
+  EXPECT_TRUE(contains(session.page(), "no device of the same name and size"));
+}
+
 }  // namespace
 }  // namespace procam::report

@@ -43,9 +43,9 @@ const std::vector<InputKind>& input_kinds() {
 
 /// A rig that is refreshed keeps its lens models and its board; the page is of a whole calibration.
 constexpr const char* kNotOfUpdate[] = {
-    "--known-camera", "--mirror-view", "--report",        "--figures",        "--data",
-    "--board-shape",  "--holdout",     "--fix",           "--free",           "--camera-model",
-    "--throw-ratio",  "--lens-shift",  "--square-pixels", "--projector-model"};
+    "--known-camera", "--mirror-view", "--compare",    "--report",        "--figures",
+    "--data",         "--board-shape", "--holdout",    "--fix",           "--free",
+    "--camera-model", "--throw-ratio", "--lens-shift", "--square-pixels", "--projector-model"};
 
 /// An option that would be ignored is a usage error.
 void require_one_input(const CLI::App& app, const ProjectorFlags& flags) {
@@ -247,6 +247,8 @@ void declare_mirror(CLI::App& app, ProjectorFlags& flags) {
 void declare_check(CLI::App& app, ProjectorFlags& flags) {
   app.add_option("--truth", flags.truth,
                  "A rig file known to be true (a simulation's): report the distance to it");
+  app.add_option("--compare", flags.compare,
+                 "An earlier rig file of the same devices: the report draws what differs");
   app.add_option(
       "--check", flags.check,
       "Only check a calibration: a rig file, or one of OpenCV, ROS, Kalibr and others (docs/exchange.md)");

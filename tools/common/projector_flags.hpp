@@ -16,7 +16,7 @@ namespace procam::tools {
 
 /// What calibrate-projector works on and how.
 struct ProjectorFlags : CalibrationFlags {
-  std::filesystem::path captures, points, truth, check;
+  std::filesystem::path captures, points, truth, check, compare;
   io::SessionInfo stated;     ///< what session.json need not say
   session::ShownFlags shown;  ///< of a session of photographs
   double wall = 2;            ///< metres

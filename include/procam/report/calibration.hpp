@@ -34,6 +34,8 @@ struct ReportInput {
   int views = 0;    ///< that were given; 0: as many as the result has
   std::vector<ViewImage>
       images;  ///< of the session's views (SessionContents::view_images); none: no captures drawn
+  /// A rig of the same devices from before: what differs is drawn, the light on the wall and each lens.
+  std::optional<Rig> earlier;
 };
 
 /// What a report about a fresh calibration holds: predicts the errors on a wall, adds their checks to

@@ -73,12 +73,12 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       section("Quality checks", gate_table(result.rig.quality)) +
       section("Warnings and notes", diagnostic_list(result.diagnostics)) +
       section("Numbers", numbers(result, input)) +
-      section("Captures", view_captures(result, correspondences, input.images)) +
-      section("Correlation of the parameters", correlation_matrix(result.rig.covariance)) +
       section("Views",
               each_device(result, [&](int d) { return view_bars(result, d); }) + view_table(result)) +
+      section("Captures", view_captures(result, correspondences, input.images)) +
       section("Lens models", lens_alternatives(result)) +
       section("Lens distortion", each_device(result, [&](int d) { return distortion(result, d); })) +
+      section("Correlation of the parameters", correlation_matrix(result.rig.covariance)) +
       section("Residuals", each_device(result, [&](int d) { return residual_scatter(result, d); }) +
                                each_device(result, [&](int d) { return residual_histogram(result, d); })) +
       section("The board's shape", board_shape(result, correspondences.board)) +

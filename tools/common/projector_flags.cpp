@@ -6,6 +6,7 @@
 #include "common/help.hpp"
 #include "common/lens_flags.hpp"
 #include "procam/io/board_file.hpp"
+#include "procam/io/rig_file.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {
@@ -271,7 +272,16 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
   declare_group(app, "Refresh of a rig", [&] { declare_update(app, flags); });
   declare_group(app, "Through a mirror", [&] { declare_mirror(app, flags); });
   declare_group(app, "Checks", [&] { declare_check(app, flags); });
-  app.callback([&app, &flags] { require_one_input(app, flags); });
+  app.callback([&app, &flags] {
+    require_one_input(app, flags);
+    if (!flags.compare.empty() && flags.report.empty() && flags.figures.empty())
+      throw CLI::RequiredError("--report or --figures with --compare");
+  });
+}
+
+std::optional<Rig> load_if_given(const std::filesystem::path& rig_file) {
+  if (rig_file.empty()) return std::nullopt;
+  return io::load_rig(rig_file);
 }
 
 session::SessionContents read_observations(const ProjectorFlags& flags) {

@@ -34,6 +34,9 @@ struct ProjectorFlags : CalibrationFlags {
 /// --observations, with the sizes that flags give. Throws Error(kInput) where no projector is among them.
 session::SessionContents read_observations(const ProjectorFlags& flags);
 
+/// The rig of a file; nullopt without a file.
+std::optional<Rig> load_if_given(const std::filesystem::path& rig_file);
+
 void declare_projector(CLI::App& app, ProjectorFlags& flags);
 
 }  // namespace procam::tools

@@ -4,9 +4,9 @@
 ///
 /// The page is complete in itself: no file, font, script or address outside it, so it works from a stick,
 /// prints, and can be mailed. It opens with the verdict, the predicted error and what to do, then the checks,
-/// the views, figures (inline SVG) in which wrong views, wrong lenses and thin coverage show, and the
-/// parameters with their sigmas. Notes are folded at the end. Everything is
-/// readable without script; script only turns the picture of the rig.
+/// the views, figures (inline SVG, captures as JPEG in them) in which wrong views, wrong lenses and thin coverage
+/// show, and the parameters with their sigmas. Notes are folded at the end. Everything is readable without script;
+/// script only turns the picture of the rig and marks tables that scroll.
 #include <optional>
 #include <string>
 #include <vector>

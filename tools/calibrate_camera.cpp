@@ -70,6 +70,7 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   report::ReportInput summary;
   summary.title = input.title;
   summary.views = input.views;
+  summary.images = input.view_images;
   Correspondences cameras = input.correspondences;  // as calibrate_camera takes them
   cameras.devices = result.devices;
   for (View& view : cameras.views) {

@@ -70,8 +70,8 @@ calibrate::Options options_of(const Flags& flags, const std::vector<Device>& dev
 
 ExitCode calibrate_session(const Flags& flags, Console& console) {
   require_outputs(flags);
-  std::optional<Rig> truth;
-  if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
+  // Before the output, which may replace them.
+  const std::optional<Rig> truth = load_if_given(flags.truth), earlier = load_if_given(flags.compare);
   std::optional<calibrate::MirrorView> mirror;
   const session::SessionContents input =
       flags.observations.empty() ? read_captures(flags, mirror, console) : read_observations(flags);
@@ -113,6 +113,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   report::ReportInput summary = report::judge(result, flags.wall, flags.accepted, truth);
   summary.title = input.title;
   summary.views = input.views;
+  summary.images = input.view_images;
+  summary.earlier = earlier;
   io::save_rig(flags.output, result.rig);
   write_report(flags, result, correspondences, summary);
   console.say(report::headline(result, summary));
@@ -130,8 +132,7 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
     throw Error(ErrorKind::kInput, flags.points.string(),
                 "a list of points does not state the projector's size", "give --projector-size 1024x768");
   const ImageSize picture = *flags.stated.projector_size;
-  std::optional<Rig> truth;
-  if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
+  const std::optional<Rig> truth = load_if_given(flags.truth);
   const std::vector<PointPair> pairs = io::load_point_pairs(flags.points);
   calibrate::PointsOptions options;
   options.lens.priors = priors_of(flags.sheet, picture);

@@ -58,6 +58,7 @@
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/rig/room_frames.hpp"
 #include "procam/core/rig/stripe_edge.hpp"
+#include "procam/core/rig/view_image.hpp"
 #include "procam/core/surface/bezier.hpp"
 #include "procam/core/surface/content_layout.hpp"
 #include "procam/core/surface/cylinder.hpp"

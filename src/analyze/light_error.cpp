@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "light_chain.hpp"
 #include "light_error_model.hpp"
@@ -125,17 +126,33 @@ LightError summarised(LightError error, const std::vector<double>& distances) {
   return error;
 }
 
-LightError true_error_externally(const RigProjector& estimated, const RigProjector& truth, double distance) {
+LightErrorMap true_map_externally(const RigProjector& estimated, const RigProjector& truth, double distance) {
   const Plane wall = truth.rig_from_projector * Plane{-Vec3::UnitZ(), distance};
+  LightErrorMap map;
+  map.columns = kGridColumns, map.rows = kGridRows;
   std::vector<double> distances;
   for (const Vec2& pixel : picture_grid(truth.projector.size())) {
     const auto ray = estimated.projector.emit(pixel), true_ray = truth.projector.emit(pixel);
     if (!ray || !true_ray) continue;
     const auto at = intersect(estimated.rig_from_projector * *ray, wall),
                true_at = intersect(truth.rig_from_projector * *true_ray, wall);
-    if (at && true_at) distances.push_back((*at - *true_at).norm());
+    if (!at || !true_at) continue;
+    distances.push_back((*at - *true_at).norm());
+    map.pixels.push_back(pixel);
+    map.rms_mm.push_back(1e3 * distances.back());
   }
-  return summarised({distance, 0, 0, 0, estimated.name}, distances);
+  map.error = summarised({distance, 0, 0, 0, estimated.name}, distances);
+  return map;
+}
+
+/// Of that name in both rigs; in rigs with one projector each, their only ones.
+std::pair<const RigProjector&, const RigProjector&> same_projector(const Rig& estimated, const Rig& truth,
+                                                                   const std::string& name) {
+  const RigProjector &device = estimated.projector(name), &known = truth.projector(name);
+  if (device.projector.size() != known.projector.size())
+    throw Error(ErrorKind::kInput, "the true rig", "its projector has another size than the estimated one",
+                "compare rigs of the same session");
+  return {device, known};
 }
 
 std::optional<LightError> true_error_by_camera(const Rig& estimated, const Rig& truth,
@@ -236,6 +253,7 @@ std::optional<LightErrorModel> light_error_model(const Rig& rig, double distance
   for (const Vec2& point : points) {
     const auto chain = chain_derivatives(path, point);
     if (!chain) continue;
+    model.pixels.push_back(chain->pixel);
     model.by_parameters.push_back(errors.landing_by(*chain));
     model.mean_square += model.by_parameters.back().transpose() * model.by_parameters.back();
   }
@@ -255,15 +273,30 @@ LightError predicted_light_error(const Rig& rig, double distance, const std::str
   return light_error_model(rig, distance, projector, SurfaceLocated::kExternally)->under(rig.covariance);
 }
 
+std::optional<LightErrorMap> predicted_error_map(const Rig& rig, double distance,
+                                                 const std::string& projector, SurfaceLocated located) {
+  const auto model = light_error_model(rig, distance, projector, located);
+  if (!model) return std::nullopt;
+  LightErrorMap map{model->under(rig.covariance), kGridColumns, kGridRows, model->pixels, {}};
+  const MatX block = rig.covariance.block(model->names);
+  for (const MatX& by_all : model->by_parameters)
+    map.rms_mm.push_back(1e3 * std::sqrt((by_all * block * by_all.transpose()).trace()));
+  return map;
+}
+
 LightErrors true_light_errors(const Rig& estimated, const Rig& truth, double distance,
                               const std::string& projector) {
   require(distance > 0, "true_light_errors: distance must be positive");
-  const RigProjector &device = estimated.projector(projector), &known = truth.projector(projector);
-  if (device.projector.size() != known.projector.size())
-    throw Error(ErrorKind::kInput, "the true rig", "its projector has another size than the estimated one",
-                "compare rigs of the same session");
-  return {true_error_externally(device, known, distance),
+  const auto [device, known] = same_projector(estimated, truth, projector);
+  return {true_map_externally(device, known, distance).error,
           true_error_by_camera(estimated, truth, device, known, distance)};
+}
+
+LightErrorMap true_error_map(const Rig& estimated, const Rig& truth, double distance,
+                             const std::string& projector) {
+  require(distance > 0, "true_error_map: distance must be positive");
+  const auto [device, known] = same_projector(estimated, truth, projector);
+  return true_map_externally(device, known, distance);
 }
 
 LightError true_light_error(const Rig& estimated, const Rig& truth, double distance,

@@ -10,6 +10,7 @@ namespace procam::analyze {
 struct LightErrorModel {
   LightError kind;                  ///< distance, projector, camera and share; no figures
   std::vector<std::string> names;   ///< parameters of the rig that take part
+  Points2 pixels;                   ///< of the grid that count
   std::vector<MatX> by_parameters;  ///< of the light's position, 2 x names, at each point of the grid
   MatX mean_square;                 ///< mean of J^T J over the grid: rms^2 = trace(mean_square C)
 

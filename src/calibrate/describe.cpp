@@ -1,9 +1,11 @@
 #include "describe.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <optional>
 
 #include "causes.hpp"
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/words.hpp"
 #include "residual_blocks.hpp"
 #include "rig_covariance.hpp"
@@ -87,6 +89,10 @@ class ResidualList {
     } else {
       residual.reason = "behind the lens or beyond its distortion's fold";
     }
+    if (const auto judged = judged_residual(state_, m))
+      residual.whitened =
+          cholesky_lower(solution_.options.noise[d].covariance(judged->covariance)).inverse() *
+          judged->residual;
     if (with_camera)
       residual.reason = "read by " + data_.devices[std::size_t(m.camera())].name + ", which was rejected";
     if (residual.used) used_.add(residual.residual.squaredNorm());

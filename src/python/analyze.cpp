@@ -40,6 +40,19 @@ void bind_light_error(py::module_& m) {
               "The error of that kind; externally where the camera cannot locate the wall.",
               py::arg("located"));
 
+  Record<analyze::LightErrorMap> light_error_map(
+      m, "LightErrorMap", "An error pixel by pixel of the projector's picture: what LightError summarises.");
+  light_error_map.fields_init()
+      .field("error", &analyze::LightErrorMap::error,
+             "rms_mm is the root mean square of the list below, worst_mm its maximum")
+      .field("columns", &analyze::LightErrorMap::columns,
+             "of the grid, which reaches from the picture's first pixel to its last")
+      .field("rows", &analyze::LightErrorMap::rows, "")
+      .field("pixels", &analyze::LightErrorMap::pixels,
+             "of the grid that count: on the wall and, by camera, seen by it")
+      .field("rms_mm", &analyze::LightErrorMap::rms_mm,
+             "by pixel: the distance on the wall; predicted: its root mean square");
+
   Record<analyze::WithinTruth> within_truth(
       m, "WithinTruth",
       "How many parameters of the rig's covariance differ from the true rig's by three\n"
@@ -64,6 +77,15 @@ void bind_light_error(py::module_& m) {
   function(m, "predicted_light_error", &analyze::predicted_light_error,
            "Of a surface that is located externally.", py::arg("rig"), py::arg("distance"),
            py::arg("projector") = "");
+  function(m, "predicted_error_map", &analyze::predicted_error_map,
+           "The map of one kind of predicted error; None when no camera can locate the wall. Throws as\n"
+           "predicted_light_errors().",
+           py::arg("rig"), py::arg("distance"), py::arg("projector") = "",
+           py::arg("located") = analyze::SurfaceLocated::kExternally);
+  function(m, "true_error_map", &analyze::true_error_map,
+           "The map of true_light_errors(), surface located externally: also of two rigs of which\n"
+           "neither is true.",
+           py::arg("estimated"), py::arg("truth"), py::arg("distance"), py::arg("projector") = "");
   function(m, "true_light_error", &analyze::true_light_error, "", py::arg("estimated"), py::arg("truth"),
            py::arg("distance"), py::arg("projector") = "");
 }

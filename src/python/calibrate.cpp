@@ -89,7 +89,11 @@ void bind_view_results(py::module_& m) {
       .field("pixel", &calibrate::Residual::pixel, "as observed, or as shown")
       .field("residual", &calibrate::Residual::residual, "projected - observed, pixels")
       .field("used", &calibrate::Residual::used, "")
-      .field("reason", &calibrate::Residual::reason, "why it was rejected; empty when used");
+      .field("reason", &calibrate::Residual::reason, "why it was rejected; empty when used")
+      .field("whitened", &calibrate::Residual::whitened,
+             "L^-1 residual, L L^T the covariance that the solve expects of it (detector and\n"
+             "ResidualNoise): two normal numbers of variance 1. Zero where the device cannot see the\n"
+             "point.");
 
   Record<calibrate::ViewResult> view_result(m, "ViewResult", "");
   view_result.fields_init()

@@ -27,6 +27,15 @@ void bind_stripes(py::module_& m) {
       .field("scan", &StripeEdge::scan, "");
 }
 
+void bind_view_image(py::module_& m) {
+  Record<ViewImage> view_image(m, "ViewImage", "One camera's image of one view of a session, reduced.");
+  view_image.fields_init()
+      .field("view", &ViewImage::view, "View.name")
+      .field("camera", &ViewImage::camera, "Device.name")
+      .field("image", &ViewImage::image, "grey")
+      .field("scale", &ViewImage::scale, "camera pixels a pixel of it: x_camera = scale (x + 1/2) - 1/2");
+}
+
 void bind_noise_model(py::module_& m) {
   Record<NoiseModel> noise_model(
       m, "NoiseModel",
@@ -328,6 +337,7 @@ void bind_pan_tilt(py::module_& m) {
 
 void bind_core_rig(py::module_& m) {
   bind_stripes(m);
+  bind_view_image(m);
   bind_noise_model(m);
   bind_decoded_map(m);
   bind_frame_sequence(m);

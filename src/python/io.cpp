@@ -119,6 +119,11 @@ void bind_images(py::module_& m) {
   function(
       m, Gil::kHeld, "encode_png", [](ViewU8 image) { return py::bytes(io::encode_png(image)); },
       "A PNG file's bytes.", py::arg("image"));
+  function(
+      m, Gil::kHeld, "encode_jpeg",
+      [](ViewU8 image, int quality) { return py::bytes(io::encode_jpeg(image, quality)); },
+      "A JPEG file's bytes, for reports; quality 1 to 100. Grey or R G B.", py::arg("image"),
+      py::arg("quality") = 80);
 }
 
 void bind_mesh_files(py::module_& m) {

@@ -23,7 +23,12 @@ void bind_input(py::module_& m) {
              "parameters.")
       .field("within_truth", &report::ReportInput::within_truth, "")
       .field("wall", &report::ReportInput::wall, "metres, for which lens models are compared")
-      .field("views", &report::ReportInput::views, "that were given; 0: as many as the result has");
+      .field("views", &report::ReportInput::views, "that were given; 0: as many as the result has")
+      .field("images", &report::ReportInput::images,
+             "of the session's views (SessionContents.view_images); none: no captures drawn")
+      .field("earlier", &report::ReportInput::earlier,
+             "A rig of the same devices from before: what differs is drawn, the light on the wall and\n"
+             "each lens.");
 
   Record<report::DeviceCounts> device_counts(m, "DeviceCounts", "What was found and used of a device.");
   device_counts.fields_init()

@@ -196,7 +196,10 @@ void bind_reader(py::module_& m) {
       .field("inputs", &session::SessionContents::inputs, "every file that was read")
       .field("options", &session::SessionContents::options, "pattern, sizes, board: for the rig's provenance")
       .field("views", &session::SessionContents::views, "given, also those without enough points")
-      .field("title", &session::SessionContents::title, "of the report: the folder's or the file's name");
+      .field("title", &session::SessionContents::title, "of the report: the folder's or the file's name")
+      .field("view_images", &session::SessionContents::view_images,
+             "The brightest frame of each view and camera, at most 480 pixels wide and high; none from\n"
+             "tables.");
 
   function(m, "open", &session::open,
            "What is to be read, without reading an image: `options` first, then session.json;\n"

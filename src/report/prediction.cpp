@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "heat.hpp"
 #include "html.hpp"
 #include "page.hpp"
 #include "pictures.hpp"
@@ -35,26 +36,6 @@ namespace {
 
 std::string in_millimetres(double mm) {
   return significant(mm, 3) + " mm";
-}
-
-/// Pale yellow to dark red; readable in print and with any colour vision, since lightness falls throughout.
-std::string heat(double share) {
-  constexpr double kStops[][3] = {{255, 247, 205}, {252, 190, 96}, {226, 96, 58}, {120, 20, 50}};
-  const double at = 3 * std::clamp(share, 0.0, 1.0);
-  const int stop = std::min(int(at), 2);
-  std::string color = "rgb(";
-  for (int c = 0; c < 3; ++c)
-    color += (c > 0 ? "," : "") +
-             fixed(kStops[stop][c] + (at - stop) * (kStops[stop + 1][c] - kStops[stop][c]), 0);
-  return color + ")";
-}
-
-/// Edges on whole pixels: neighbours leave no seam.
-std::string filled(const Vec2& corner, const Vec2& size, const std::string& fill, const std::string& tip) {
-  return element("path",
-                 "shape-rendering=\"crispEdges\" fill=\"" + fill + "\" d=\"M" + position(corner) + "h" +
-                     coordinate(size.x()) + "v" + coordinate(size.y()) + "h" + coordinate(-size.x()) + "Z\"",
-                 tip.empty() ? "" : element("title", "", escaped(tip)));
 }
 
 /// The content as it hangs, coloured by the rms error; arrows for the bias, ellipses for the 95 % region,
@@ -100,12 +81,7 @@ std::string heat_map(const SurfacePrediction& prediction) {
     }
   content += bias.path("class=\"under\"") + bias.path("class=\"over\"", "bias");
   content += rectangle("class=\"frame\"", Vec2(0, 0), map);
-  // The scale below the map.
-  const double y = map.y() + 14;
-  for (int i = 0; i < 60; ++i) content += filled(Vec2(i * 5, y), Vec2(5, 12), heat((i + 0.5) / 60), "");
-  content += label(Vec2(0, y + 28), "class=\"tick\"", "0");
-  content +=
-      label(Vec2(300, y + 28), "class=\"tick\" text-anchor=\"end\"", in_millimetres(prediction.worst_mm));
+  content += heat_scale(Vec2(0, map.y() + 14), 300, in_millimetres(prediction.worst_mm));
   return figure(
       svg("-6 -6 732 " + coordinate(map.y() + 54),
           "Error over " + prediction.surface + ", at worst " + in_millimetres(prediction.worst_mm), content),
@@ -212,9 +188,11 @@ std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, co
                                          (surfaces.size() > 1 ? ", the least certain surface" : "") + ": " +
                                          in_millimetres(worst->rms_mm) + " RMS.")) +
                      "\n";
+  std::string sections;
   for (const SurfacePrediction& surface : surfaces)
-    body += section(escaped(surface.surface), of_surface(surface));
-  body += section("In space", in_space(surfaces, rig));
+    sections += section(escaped(surface.surface), of_surface(surface));
+  sections += section("In space", in_space(surfaces, rig));
+  body += table_of_contents(sections) + sections;
   return page(title, body + data(to_json(surfaces)) + element("script", "", kReportScript) + "\n");
 }
 

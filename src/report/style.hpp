@@ -6,10 +6,10 @@ namespace procam::report {
 /// One accent colour; light and dark follow the reader's system, and paper is always light.
 inline constexpr char kReportStyle[] = R"css(
 :root { color-scheme: light dark; --page: #fbfbfa; --card: #fff; --ink: #1d2327; --soft: #5d6870;
-  --line: #d9dde0; --accent: #0b6e99; --good: #1c7a44; --bad: #c02f1d; --warn: #9a6700; --tint: #0b6e9914; }
+  --line: #d9dde0; --accent: #0b6e99; --good: #1c7a44; --bad: #c02f1d; --warn: #9a6700; --tint: #0b6e9914; --shade: #0000002e; }
 @media screen and (prefers-color-scheme: dark) {
   :root { --page: #14181b; --card: #1b2125; --ink: #e4e8ea; --soft: #9ba7ae; --line: #363f45;
-    --accent: #58b4dc; --good: #5cc689; --bad: #ff7d6b; --warn: #e0b050; --tint: #58b4dc1c; } }
+    --accent: #58b4dc; --good: #5cc689; --bad: #ff7d6b; --warn: #e0b050; --tint: #58b4dc1c; --shade: #000000b0; } }
 * { box-sizing: border-box; }
 body { margin: 0 auto; max-width: 1120px; padding: 32px 24px 64px; background: var(--page); color: var(--ink);
   font: 15px/1.5 system-ui, "Segoe UI", "Helvetica Neue", "DejaVu Sans", sans-serif; }
@@ -19,7 +19,7 @@ h3 { font-size: 15px; margin: 20px 0 4px; overflow-wrap: anywhere; }
 p { margin: 4px 0 12px; max-width: 95ch; }
 .kicker { color: var(--accent); font-weight: 600; margin: 0; }
 .hint, figcaption { color: var(--soft); font-size: 13px; }
-.scroll + .hint { margin-top: 8px; }
+.pair + .scroll { margin-top: 20px; } .scroll + .hint { margin-top: 8px; }
 .verdict { border-left: 6px solid var(--good); background: var(--card); padding: 14px 18px; }
 .verdict.failed { border-color: var(--bad); } .verdict.imprecise { border-color: var(--warn); }
 .verdict p { margin: 0; font-size: 17px; max-width: none; }
@@ -33,7 +33,18 @@ p { margin: 4px 0 12px; max-width: 95ch; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(420px, 100%), 1fr)); gap: 8px 32px;
   align-items: start; }
 .tiles { display: grid; grid-template-columns: repeat(auto-fill, minmax(230px, 1fr)); gap: 8px 16px; }
-.scroll { overflow-x: auto; }
+.contents { display: flex; flex-wrap: wrap; gap: 6px 18px; margin: 20px 0 0; font-size: 13px; }
+.contents a { color: var(--accent); text-decoration: none; } .contents a:hover { text-decoration: underline; }
+section { scroll-margin-top: 12px; }
+/* Shadows at the edges where a table goes on; the page's script adds words. */
+.captures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(320px, 100%), 1fr)); gap: 8px 16px; }
+.scroll { overflow-x: auto; background:
+  linear-gradient(to right, var(--page) 40%, transparent) left / 32px 100% no-repeat local,
+  linear-gradient(to left, var(--page) 40%, transparent) right / 32px 100% no-repeat local,
+  linear-gradient(to right, var(--shade), transparent) left / 12px 100% no-repeat,
+  linear-gradient(to left, var(--shade), transparent) right / 12px 100% no-repeat; }
+.scroll.more::before { content: "Scroll sideways \2192"; position: sticky; left: 0; display: block; width: max-content;
+  color: var(--accent); font-size: 12px; }
 table { border-collapse: collapse; width: 100%; font-size: 14px; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom; }
 th, td { padding: 4px 10px 4px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
@@ -46,6 +57,7 @@ th.n + th:not(.n), td.n + td:not(.n) { padding-left: 10px; }
 .swatch { display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 8px; }
 figure { margin: 8px 0 0; min-width: 0; }
 figcaption { margin-top: 4px; overflow-wrap: anywhere; max-width: 95ch; }
+.matrix { max-width: 820px; } .matrix svg { min-width: 520px; }
 figcaption b { color: var(--ink); }
 svg { display: block; width: 100%; height: auto; background: var(--card); border-radius: 6px; }
 /* Colours of views are attributes, which any rule of a style sheet overrides: none here may set them. */
@@ -68,9 +80,18 @@ svg .unused { stroke: var(--soft); stroke-width: 1px; }
 svg .empty { fill: var(--tint); }
 /* On colours that are the same in light and dark. */
 svg .over { stroke: #14181b; stroke-width: 1.6px; } svg .under { stroke: #fff; stroke-width: 4px; stroke-opacity: .6; }
+svg .on-heat { fill: #14181b; } svg .on-heat.dark { fill: #fff; }
 svg .principal { stroke: var(--accent); stroke-width: 1.8px; }
 svg .accent { fill: var(--accent); }
 svg path.held { fill: var(--line); } svg path.held.taken { fill: var(--accent); }
+svg path.rms { fill: var(--soft); fill-opacity: .55; }
+svg path.rms.warn { fill: var(--warn); fill-opacity: 1; } svg path.rms.bad { fill: var(--bad); fill-opacity: 1; }
+svg .tick.warn { fill: var(--warn); } svg .tick.bad { fill: var(--bad); }
+svg path.lens { stroke: var(--accent); stroke-width: 1.2px; stroke-opacity: .6; }
+svg .arrow { stroke: var(--ink); stroke-width: 1.2px; stroke-linecap: round; }
+/* On photographs, the same in light and dark. */
+svg .found { stroke: #19c3ff; stroke-width: 1.2px; } svg .projection { stroke: #ffe14d; stroke-width: 2px; stroke-linecap: round; }
+svg .light-point { stroke: #ff9f1c; stroke-width: 3px; stroke-linecap: round; } svg .rejected { stroke: #ff3b30; stroke-width: 2px; }
 svg .bar { stroke: var(--ink); stroke-width: 2px; }
 svg path.sheet { fill: var(--card); fill-opacity: .6; stroke-width: 1.2px; }
 svg .next, svg path.sheet.next { stroke: var(--accent); stroke-width: 2px; stroke-dasharray: 7 4; fill: none; }
@@ -84,16 +105,25 @@ svg .axis-x { stroke: #c8402f; stroke-width: 2.5px; } svg .axis-y { stroke: #3a8
 svg .axis-z { stroke: #3b6fd4; stroke-width: 2.5px; }
 #rig.turning { cursor: grabbing; } #rig.ready { cursor: grab; touch-action: none; }
 #rig:focus-visible { outline: 2px solid var(--accent); }
-@media print { body { max-width: none; padding: 0; font-size: 11pt; } h2 { break-after: avoid; }
+@media (max-width: 600px) { body { padding: 20px 16px 48px; } h1 { font-size: 22px; }
+  .key { grid-template-columns: repeat(2, 1fr); } .tiles { grid-template-columns: repeat(auto-fill, minmax(150px, 1fr)); }
+  .scroll table { width: max-content; min-width: 100%; } td { max-width: 62vw; } }
+@media print { .contents, .scroll.more::before { display: none; } .scroll { overflow: visible; background: none; }
+  body { max-width: none; padding: 0; font-size: 11pt; } h2 { break-after: avoid; }
   figure, tr, .verdict, .key div { break-inside: avoid; }
   * { -webkit-print-color-adjust: exact; print-color-adjust: exact; } }
 )css";
 
-/// Turns the picture of the rig by dragging or with the arrow keys (Home: as drawn), and opens the list of
-/// files for printing. The equations and the fit are Viewpoint's of report_scene.cpp.
+/// Turns the picture of the rig by dragging or with the arrow keys (Home: as drawn), marks tables that scroll, and opens
+/// the list of files for printing. The equations and the fit are Viewpoint's of report_scene.cpp.
 inline constexpr char kReportScript[] = R"js(
 (() => {
   addEventListener('beforeprint', () => document.querySelectorAll('details').forEach(d => d.open = true));
+  const mark = () => document.querySelectorAll('.scroll').forEach(
+    s => s.classList.toggle('more', s.scrollWidth > s.clientWidth + 1));
+  mark();
+  addEventListener('resize', mark);
+  document.querySelectorAll('details').forEach(d => d.addEventListener('toggle', mark));
   const svg = document.getElementById('rig');
   if (!svg) return;
   const [yaw0, pitch0, cx, cy, cz, width, height, margin, bar] = svg.dataset.view.split(' ').map(Number);

@@ -3,6 +3,7 @@
 
 #include "folder_name.hpp"
 #include "identical_files.hpp"
+#include "preview.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/files.hpp"
@@ -69,6 +70,7 @@ SessionContents read_board_images(const fs::path& folder, const Board& board,
     if (grey.size() == size) {
       contents.inputs.push_back({name, io::sha256_of_file(files[i])});
       view.detections = {detect::detect_board(grey, board)};
+      contents.view_images.push_back(preview(name, "camera", {grey}));
       continue;
     }
     Detections rejected{size, {}, {}};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "folder_name.hpp"
 #include "identical_files.hpp"
 #include "photographed_views.hpp"
+#include "preview.hpp"
 #include "procam/core/base/parallel.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
@@ -46,9 +48,27 @@ void turn_rows(Image<T>& image) {
                        image.row(y) + right * channels);
 }
 
+/// What one view holds, or why it cannot be read.
+struct ReadView {
+  std::vector<Reading> readings;
+  std::vector<InputFile> inputs;
+  std::vector<ViewImage> images;  ///< by camera
+  CameraSizes sizes;
+  std::exception_ptr error;
+};
+
+/// The first stack of a camera in a view gives its image.
+void add_image(const std::string& view, const std::string& camera, const std::vector<ViewU8>& frames,
+               std::vector<ViewImage>& images) {
+  for (const ViewImage& image : images)
+    if (image.camera == camera) return;
+  images.push_back(preview(view, camera, frames));
+}
+
 /// What another program has decoded, in place of frames.
-void read_decoded(const SessionPlan& plan, const io::Stack& stack, ImageSize projector_size,
-                  std::vector<InputFile>& inputs, std::optional<ImageSize>& size, Reading& reading) {
+void read_decoded(const SessionPlan& plan, const std::string& view_name, const io::Stack& stack,
+                  ImageSize projector_size, ReadView& read, Reading& reading) {
+  std::optional<ImageSize>& size = read.sizes[std::size_t(reading.camera)];
   io::DecodedView view = io::load_decoded_view(stack.folder);
   if (!size) size = view.white.size();
   reading.in_camera.image_size = *size;
@@ -64,8 +84,9 @@ void read_decoded(const SessionPlan& plan, const io::Stack& stack, ImageSize pro
     turn_left_to_right(view.white);
     turn_left_to_right(view.pixels);
   }
+  add_image(view_name, plan.cameras[std::size_t(reading.camera)], {view.white}, read.images);
   for (const fs::path& file : view.files)
-    inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
+    read.inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   const LightMap light = pattern::light_map(view.pixels, view.white, projector_size);
   reading.in_camera = detect::detect_board(view.white, plan.board);
   if (!reading.in_camera.observations.empty())
@@ -75,8 +96,7 @@ void read_decoded(const SessionPlan& plan, const io::Stack& stack, ImageSize pro
   reading.in_camera.diagnostics.append(view.diagnostics);
 }
 
-Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack,
-                   std::vector<InputFile>& inputs, CameraSizes& sizes) {
+Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack, ReadView& read) {
   const auto by_name = [&](const PlannedProjector& p) {
     return stack.projector.empty() || p.name == stack.projector;
   };
@@ -84,9 +104,9 @@ Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::S
   Reading reading;
   reading.camera = camera_of(plan, stack);
   reading.projector = int(plan.cameras.size()) + int(projector - plan.projectors.begin());
-  std::optional<ImageSize>& size = sizes[std::size_t(reading.camera)];
+  std::optional<ImageSize>& size = read.sizes[std::size_t(reading.camera)];
   if (plan.decoded) {
-    read_decoded(plan, stack, projector->size, inputs, size, reading);
+    read_decoded(plan, view.name, stack, projector->size, read, reading);
     return reading;
   }
   io::CaptureFolder captures = io::load_capture_folder(stack.folder, projector->pattern->frame_count(),
@@ -100,8 +120,9 @@ Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::S
   if (plan.through_mirror)
     for (ImageU8& frame : captures.frames) turn_left_to_right(frame);
   for (const fs::path& file : captures.files)
-    inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
+    read.inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   const std::vector<ViewU8> frames(captures.frames.begin(), captures.frames.end());
+  add_image(view.name, plan.cameras[std::size_t(reading.camera)], frames, read.images);
   BoardView seen = projector->pattern->read(view.name, frames, plan.board);
   reading.in_camera = std::move(seen.detections[kCameraDevice]);
   reading.in_projector = std::move(seen.detections[kProjectorDevice]);
@@ -123,9 +144,8 @@ CameraSizes common_sizes(const SessionPlan& plan) {
 }
 
 /// The first photograph's size is the camera's; others are rejected and named.
-Reading read_photograph(const SessionPlan& plan, const PhotographedView& view, std::vector<InputFile>& inputs,
-                        CameraSizes& sizes) {
-  std::optional<ImageSize>& size = sizes.front();
+Reading read_photograph(const SessionPlan& plan, const PhotographedView& view, ReadView& read) {
+  std::optional<ImageSize>& size = read.sizes.front();
   Reading reading;
   reading.projector = 1;
   reading.in_projector.image_size = plan.projectors.front().size;
@@ -143,8 +163,9 @@ Reading read_photograph(const SessionPlan& plan, const PhotographedView& view, s
                                     io::format_size(*size));
       return reading;
     }
-    inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
+    read.inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   }
+  add_image(view.name, plan.cameras.front(), {images.front()}, read.images);
   BoardView seen = read_shown_view(*plan.shown, view, images.front(),
                                    images.size() > 1 ? images.back() : ImageU8(), plan.board);
   reading.in_camera = std::move(seen.detections[kCameraDevice]);
@@ -208,26 +229,18 @@ std::vector<Device> devices_of(const SessionPlan& plan, const CameraSizes& sizes
   return devices;
 }
 
-/// What one view holds, or why it cannot be read.
-struct ReadView {
-  std::vector<Reading> readings;
-  std::vector<InputFile> inputs;
-  CameraSizes sizes;
-  std::exception_ptr error;
-};
-
 ReadView read_view(const SessionPlan& plan, std::size_t number, const CameraSizes& sizes) {
   const PlannedView& view = plan.views[number];
   ReadView read;
   read.sizes = sizes;
   try {
     if (plan.shown) try {
-        read.readings.push_back(read_photograph(plan, plan.shown->views[number], read.inputs, read.sizes));
+        read.readings.push_back(read_photograph(plan, plan.shown->views[number], read));
       } catch (const Error& error) {
         throw Error(error.kind(), "view " + view.name + ", " + error.subject(), error.why(), error.next());
       }
     for (const io::Stack& stack : view.stacks) try {
-        read.readings.push_back(read_stack(plan, view, stack, read.inputs, read.sizes));
+        read.readings.push_back(read_stack(plan, view, stack, read));
       } catch (const Error& error) {
         const std::string place = stack.folder.lexically_relative(plan.folder).generic_string();
         throw Error(error.kind(), "view " + place + ", " + error.subject(), error.why(), error.next());
@@ -367,6 +380,7 @@ SessionContents read(const SessionPlan& plan, const ReadingProgress& progress) {
       if (view.error) std::rethrow_exception(view.error);
       readings.push_back(std::move(view.readings));
       contents.inputs.insert(contents.inputs.end(), view.inputs.begin(), view.inputs.end());
+      std::move(view.images.begin(), view.images.end(), std::back_inserter(contents.view_images));
       for (std::size_t c = 0; c < sizes.size(); ++c)
         if (view.sizes[c]) sizes[c] = view.sizes[c];
     }

@@ -95,6 +95,7 @@ CalibrationOutcome CalibrationJob::work(const Project& project, const std::optio
       report::judge(result, kStatedDistance, accepted(project.choices.accept_mm), truth);
   input.title = project.folder().filename().string();
   input.views = contents.views;
+  input.images = contents.view_images;
   report("writing the report", 0.97);
   io::write_file_atomically(project.report(),
                             report::calibration_report(result, contents.correspondences, input));

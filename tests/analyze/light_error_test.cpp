@@ -271,5 +271,24 @@ TEST(LightError, RefusesARigWithoutCovariance) {
   EXPECT_THROW(predicted_light_error(uncertain_rig(), -1), std::invalid_argument);
 }
 
+/// The map is what the headline summarises: the same RMS, the same maximum, by either kind.
+TEST(LightErrorMap, HasTheRmsOfTheSummary) {
+  const Rig rig = calibrated(test::NumericWorld::make(8, 5, 0.08, 0.05)).rig;
+  const LightErrors predicted = predicted_light_errors(rig, 1.6);
+  for (const SurfaceLocated located : {SurfaceLocated::kExternally, SurfaceLocated::kByCamera}) {
+    const auto map = predicted_error_map(rig, 1.6, "", located);
+    ASSERT_TRUE(map.has_value());
+    ASSERT_EQ(map->rms_mm.size(), map->pixels.size());
+    double squares = 0, largest = 0;
+    for (const double mm : map->rms_mm) squares += mm * mm, largest = std::max(largest, mm);
+    const LightError& summary = predicted.of(located);
+    EXPECT_NEAR(std::sqrt(squares / double(map->rms_mm.size())), summary.rms_mm, 1e-9 * summary.rms_mm);
+    EXPECT_NEAR(largest, summary.worst_mm, 1e-9 * largest);
+    EXPECT_NEAR(double(map->pixels.size()), summary.share * map->columns * map->rows, 1e-6);
+    const ImageSize size = rig.projector().projector.size();
+    for (const Vec2& pixel : map->pixels) EXPECT_TRUE(size.contains(pixel));
+  }
+}
+
 }  // namespace
 }  // namespace procam::analyze

@@ -79,6 +79,9 @@ TEST(ShownViews, CalibrateAProjectorAndNameTheStaleOne) {
     EXPECT_GE(view.observations[0].size(), 60u) << view.name;  // of 70
     EXPECT_GE(view.light_points.size(), 30u) << view.name;     // of 35
   }
+  ASSERT_EQ(contents.view_images.size(), data.views.size());
+  EXPECT_EQ(contents.view_images[3].view, data.views[3].name);
+  EXPECT_EQ(contents.view_images[3].camera, "camera");
   const calibrate::CalibrationResult result = calibrate::calibrate_rig(data);
   for (const calibrate::ViewResult& view : result.views)
     EXPECT_EQ(view.note.find("what was shown in view view_4: a stale frame") != std::string::npos,

@@ -11,12 +11,9 @@
 #include <regex>
 #include <vector>
 
-#include "io/scratch.hpp"
-#include "procam/calibrate/calibrate.hpp"
 #include "procam/core/base/words.hpp"
-#include "procam/report/files.hpp"
+#include "report/calibrated_session.hpp"
 #include "report/page_data.hpp"
-#include "support/numeric_world.hpp"
 
 namespace procam::report {
 namespace {
@@ -24,46 +21,17 @@ namespace {
 using analyze::LightErrors;
 using analyze::NextView;
 using analyze::predicted_error_check;
-using analyze::predicted_light_errors;
 using analyze::SurfaceLocated;
-using analyze::true_light_errors;
 using calibrate::CalibrationResult;
 
-struct Session {
-  Correspondences data;
-  CalibrationResult result;
-  ReportInput input;
-};
+using Session = test::CalibratedSession;
 
-Session session_of(int views, bool holdout) {
-  const test::NumericWorld world = test::NumericWorld::make(views, 11, 0.08, 0.12);
-  Session session;
-  session.data = world.correspondences(12);
-  session.data.views[1].name = R"(<b>&"x")";
-  session.data.views[2].observations[0][7].pixel += Vec2(9, -6);    // an outlier of the camera
-  session.data.views[3].observations[1][20].pixel += Vec2(-14, 3);  // and one of the projector
-  calibrate::Options options;
-  options.holdout = holdout;
-  session.result = calibrate::calibrate_rig(session.data, options);
-  session.input.title = "wall & floor";
-  session.input.predicted = {predicted_light_errors(session.result.rig, 2.0)};
-  Rig truth;
-  truth.cameras.push_back({"camera", world.camera, Pose()});
-  truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  session.input.truth = {true_light_errors(session.result.rig, truth, 2.0)};
-  session.result.rig.provenance = {
-      "calibrate-projector", "0.1.0", "2024-05-06T07:08:09Z", {{"step", "4"}}, {{"a/<1>.png", "00ff"}}};
-  return session;
-}
-
-/// One solve for all tests that read a good page.
 const Session& good_session() {
-  static const Session session = session_of(8, true);
-  return session;
+  return test::calibrated_session();
 }
 
 std::string page_of(const Session& session) {
-  return calibration_report(session.result, session.data, session.input);
+  return session.page();
 }
 
 bool holds(const std::string& page, const std::string& text) {
@@ -268,9 +236,26 @@ TEST(Report, PoseSigmasAreThoseOfTheNumbersShown) {
 
 TEST(Report, LoadsNothingFromAnywhere) {
   const std::string page = page_of(good_session());
-  for (const std::string outside : {"http:", "https:", "src=", "href=", "@import", "url("})
+  for (const std::string outside : {"http:", "https:", "src=", "@import", "url("})
     EXPECT_FALSE(holds(page, outside)) << outside;
+  // A link leads within the page, an image stands in its own address.
+  for (std::size_t at = page.find("href="); at != std::string::npos; at = page.find("href=", at + 1))
+    EXPECT_TRUE(std::regex_search(page.substr(at, 40), std::regex("^href=\"(#|data:image/jpeg;base64,)")));
   EXPECT_TRUE(holds(page, "default-src 'none'"));
+}
+
+TEST(Report, LinksToItsSections) {
+  const std::string page = page_of(good_session());
+  const std::regex heading("<section id=\"([^\"]*)\">\n<h2>([^<]*)</h2>");
+  int sections = 0;
+  for (std::sregex_iterator at(page.begin(), page.end(), heading), end; at != end; ++at, ++sections)
+    EXPECT_TRUE(holds(page, "<a href=\"#" + (*at)[1].str() + "\">" + (*at)[2].str() + "</a>"));
+  EXPECT_GT(sections, 8);
+  std::size_t links = 0;
+  for (std::size_t at = page.find("<a href="); at != std::string::npos; at = page.find("<a href=", at + 1))
+    ++links;
+  EXPECT_EQ(int(links), sections);
+  EXPECT_LT(page.find("<nav"), page.find("<section id="));
 }
 
 TEST(Report, EscapesWhatPeopleNamed) {
@@ -375,7 +360,7 @@ TEST(Report, RefusesCorrespondencesOfAnotherSession) {
 }
 
 TEST(Report, OfTwentyViewsIsBelowAMegabyte) {
-  const std::string page = page_of(session_of(20, false));
+  const std::string page = page_of(test::calibrate_session(20, false));
   EXPECT_LT(page.size(), 1000000u);
   EXPECT_EQ(imbalance(page), "");
 }
@@ -440,106 +425,6 @@ TEST(CalibrationLines, BeginWithTheVerdict) {
   const auto below = lines(session.result, session.input);
   EXPECT_NE(below.at(0).find("of " + std::to_string(session.input.views) + " used"), std::string::npos);
   EXPECT_EQ(below.back().rfind("check", 0), 0u) << below.back();
-}
-
-/// Lines of a CSV text, cut at commas outside of quotes.
-std::vector<std::vector<std::string>> csv_of(const std::string& text) {
-  std::vector<std::vector<std::string>> rows{{""}};
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '"') {
-      if (quoted && i + 1 < text.size() && text[i + 1] == '"')
-        rows.back().back() += text[i++];
-      else
-        quoted = !quoted;
-    } else if (text[i] == ',' && !quoted) {
-      rows.back().emplace_back();
-    } else if (text[i] == '\n' && !quoted) {
-      rows.push_back({""});
-    } else {
-      rows.back().back() += text[i];
-    }
-  }
-  EXPECT_FALSE(quoted);
-  EXPECT_EQ(rows.back(), std::vector<std::string>{""}) << "the last line has no end";
-  rows.pop_back();
-  return rows;
-}
-
-std::string text_of(const std::vector<TextFile>& files, const std::string& name) {
-  for (const TextFile& file : files)
-    if (file.name == name) return file.text;
-  ADD_FAILURE() << "no " << name;
-  return "";
-}
-
-TEST(ReportFiles, EveryFigureOfThePageStandsByItself) {
-  const std::string page = page_of(good_session());
-  const std::vector<TextFile> files = figures(page);
-  std::size_t in_page = 0;
-  for (std::size_t at = 0; (at = page.find("<svg ", at)) != std::string::npos; ++at) ++in_page;
-  EXPECT_EQ(files.size(), in_page);
-  ASSERT_GT(files.size(), 6u);
-  std::vector<std::string> names;
-  for (const TextFile& file : files) {
-    SCOPED_TRACE(file.name);
-    names.push_back(file.name);
-    EXPECT_TRUE(std::regex_match(file.name, std::regex("[a-z0-9_]+\\.svg")));
-    EXPECT_TRUE(holds(file.text, "xmlns=\"http://www.w3.org/2000/svg\""));
-    // Programs that draw SVG know no variables of a page.
-    EXPECT_FALSE(holds(file.text, "var("));
-    EXPECT_TRUE(holds(file.text, "svg .ring"));
-    EXPECT_EQ(file.text.substr(file.text.size() - 7), "</svg>\n");
-  }
-  std::sort(names.begin(), names.end());
-  EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
-  EXPECT_TRUE(std::count(names.begin(), names.end(), "residuals_of_camera.svg"));
-}
-
-TEST(ReportFiles, TablesHoldTheNumbersOfTheCalibration) {
-  const CalibrationResult& result = good_session().result;
-  const std::vector<TextFile> files = calibration_tables(result);
-  const auto parameters = csv_of(text_of(files, "parameters.csv"));
-  bool found = false;
-  for (const auto& row : parameters) {
-    ASSERT_EQ(row.size(), 3u);
-    if (row[0] != "projector.cy") continue;
-    found = true;
-    EXPECT_NEAR(std::stod(row[1]), result.rig.projector().projector.inverse_camera.intrinsics.cy, 1e-6);
-    EXPECT_NEAR(std::stod(row[2]), result.rig.covariance.sigma("projector.cy"), 1e-9);
-  }
-  EXPECT_TRUE(found);
-
-  const auto covariance = csv_of(text_of(files, "covariance.csv"));
-  const auto& names = result.rig.covariance.names;
-  ASSERT_EQ(covariance.size(), names.size() + 1);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    ASSERT_EQ(covariance[i + 1].size(), names.size() + 1);
-    EXPECT_EQ(covariance[i + 1][0], names[i]);
-    const double value = result.rig.covariance.matrix(Eigen::Index(i), 0);
-    EXPECT_NEAR(std::stod(covariance[i + 1][1]), value, 1e-10 * std::abs(value) + 1e-300);
-  }
-
-  const auto residuals = csv_of(text_of(files, "residuals.csv"));
-  ASSERT_EQ(residuals.size(), result.residuals.size() + 1);
-  int rejected = 0, hostile = 0;
-  for (std::size_t i = 1; i < residuals.size(); ++i) {
-    ASSERT_EQ(residuals[i].size(), residuals[0].size());
-    rejected += residuals[i][7] == "0";
-    hostile += residuals[i][0] == R"(<b>&"x")";
-    EXPECT_NEAR(std::stod(residuals[i][5]), result.residuals[i - 1].residual.x(), 1e-9);
-  }
-  EXPECT_GE(rejected, 2);
-  EXPECT_GT(hostile, 0);
-  EXPECT_EQ(csv_of(text_of(files, "views.csv")).size(), result.views.size() + 1);
-}
-
-TEST(ReportFiles, AreWrittenIntoANewFolderOrNotAtAll) {
-  const test::Scratch scratch;
-  save_files(scratch / "a/b", {{"one.csv", "x\n"}});
-  EXPECT_TRUE(std::filesystem::exists(scratch / "a/b/one.csv"));
-  scratch.write("file", "");
-  EXPECT_THROW(save_files(scratch / "file/b", {{"one.csv", "x\n"}}), Error);
 }
 
 }  // namespace

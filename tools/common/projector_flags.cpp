@@ -6,6 +6,7 @@
 #include "common/help.hpp"
 #include "common/lens_flags.hpp"
 #include "procam/io/board_file.hpp"
+#include "procam/io/rig_file.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {
@@ -43,9 +44,9 @@ const std::vector<InputKind>& input_kinds() {
 
 /// A rig that is refreshed keeps its lens models and its board; the page is of a whole calibration.
 constexpr const char* kNotOfUpdate[] = {
-    "--known-camera", "--mirror-view", "--report",        "--figures",        "--data",
-    "--board-shape",  "--holdout",     "--fix",           "--free",           "--camera-model",
-    "--throw-ratio",  "--lens-shift",  "--square-pixels", "--projector-model"};
+    "--known-camera", "--mirror-view", "--compare",    "--report",        "--figures",
+    "--data",         "--board-shape", "--holdout",    "--fix",           "--free",
+    "--camera-model", "--throw-ratio", "--lens-shift", "--square-pixels", "--projector-model"};
 
 /// An option that would be ignored is a usage error.
 void require_one_input(const CLI::App& app, const ProjectorFlags& flags) {
@@ -247,6 +248,8 @@ void declare_mirror(CLI::App& app, ProjectorFlags& flags) {
 void declare_check(CLI::App& app, ProjectorFlags& flags) {
   app.add_option("--truth", flags.truth,
                  "A rig file known to be true (a simulation's): report the distance to it");
+  app.add_option("--compare", flags.compare,
+                 "An earlier rig file of the same devices: the report draws what differs");
   app.add_option(
       "--check", flags.check,
       "Only check a calibration: a rig file, or one of OpenCV, ROS, Kalibr and others (docs/exchange.md)");
@@ -269,7 +272,16 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
   declare_group(app, "Refresh of a rig", [&] { declare_update(app, flags); });
   declare_group(app, "Through a mirror", [&] { declare_mirror(app, flags); });
   declare_group(app, "Checks", [&] { declare_check(app, flags); });
-  app.callback([&app, &flags] { require_one_input(app, flags); });
+  app.callback([&app, &flags] {
+    require_one_input(app, flags);
+    if (!flags.compare.empty() && flags.report.empty() && flags.figures.empty())
+      throw CLI::RequiredError("--report or --figures with --compare");
+  });
+}
+
+std::optional<Rig> load_if_given(const std::filesystem::path& rig_file) {
+  if (rig_file.empty()) return std::nullopt;
+  return io::load_rig(rig_file);
 }
 
 session::SessionContents read_observations(const ProjectorFlags& flags) {

@@ -16,7 +16,7 @@ namespace procam::tools {
 
 /// What calibrate-projector works on and how.
 struct ProjectorFlags : CalibrationFlags {
-  std::filesystem::path captures, points, truth, check;
+  std::filesystem::path captures, points, truth, check, compare;
   io::SessionInfo stated;     ///< what session.json need not say
   session::ShownFlags shown;  ///< of a session of photographs
   double wall = 2;            ///< metres
@@ -33,6 +33,9 @@ struct ProjectorFlags : CalibrationFlags {
 
 /// --observations, with the sizes that flags give. Throws Error(kInput) where no projector is among them.
 session::SessionContents read_observations(const ProjectorFlags& flags);
+
+/// The rig of a file; nullopt without a file.
+std::optional<Rig> load_if_given(const std::filesystem::path& rig_file);
 
 void declare_projector(CLI::App& app, ProjectorFlags& flags);
 

@@ -43,6 +43,7 @@
 /// wrong lens model is not predicted.
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
@@ -88,10 +89,28 @@ struct LightErrors {
 PROCAM_EXPORT LightErrors predicted_light_errors(const Rig& rig, double distance,
                                                  const std::string& projector = "");
 
+/// An error pixel by pixel of the projector's picture: what LightError summarises.
+struct LightErrorMap {
+  LightError error;            ///< rms_mm is the root mean square of the list below, worst_mm its maximum
+  int columns = 0, rows = 0;   ///< of the grid, which reaches from the picture's first pixel to its last
+  Points2 pixels;              ///< of the grid that count: on the wall and, by camera, seen by it
+  std::vector<double> rms_mm;  ///< by pixel: the distance on the wall; predicted: its root mean square
+};
+
+/// The map of one kind of predicted error; nullopt when no camera can locate the wall. Throws as
+/// predicted_light_errors().
+PROCAM_EXPORT std::optional<LightErrorMap> predicted_error_map(
+    const Rig& rig, double distance, const std::string& projector = "",
+    SurfaceLocated located = SurfaceLocated::kExternally);
+
 /// The errors of an estimated rig against the true one, without approximation. The first kind needs both
 /// rigs in the same rig frame. Throws Error(kInput) when the two have different devices.
 PROCAM_EXPORT LightErrors true_light_errors(const Rig& estimated, const Rig& truth, double distance,
                                             const std::string& projector = "");
+
+/// The map of true_light_errors(), surface located externally: also of two rigs of which neither is true.
+PROCAM_EXPORT LightErrorMap true_error_map(const Rig& estimated, const Rig& truth, double distance,
+                                           const std::string& projector = "");
 
 /// How many parameters of the rig's covariance differ from the true rig's by three sigmas or less.
 struct WithinTruth {

@@ -20,6 +20,9 @@ struct Residual {
   Vec2 residual = Vec2::Zero();  ///< projected - observed, pixels
   bool used = true;
   std::string reason;  ///< why it was rejected; empty when used
+  /// L^-1 residual, L L^T the covariance that the solve expects of it (detector and ResidualNoise): two normal numbers
+  /// of variance 1. Zero where the device cannot see the point.
+  Vec2 whitened = Vec2::Zero();
 };
 
 struct ViewResult {

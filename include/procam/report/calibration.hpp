@@ -4,9 +4,9 @@
 ///
 /// The page is complete in itself: no file, font, script or address outside it, so it works from a stick,
 /// prints, and can be mailed. It opens with the verdict, the predicted error and what to do, then the checks,
-/// the views, figures (inline SVG) in which wrong views, wrong lenses and thin coverage show, and the
-/// parameters with their sigmas. Notes are folded at the end. Everything is
-/// readable without script; script only turns the picture of the rig.
+/// the views, figures (inline SVG, captures as JPEG in them) in which wrong views, wrong lenses and thin coverage
+/// show, and the parameters with their sigmas. Notes are folded at the end. Everything is readable without script;
+/// script only turns the picture of the rig and marks tables that scroll.
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +17,7 @@
 #include "procam/calibrate/result.hpp"
 #include "procam/calibrate/update.hpp"
 #include "procam/core/base/export.hpp"
+#include "procam/core/rig/view_image.hpp"
 
 namespace procam::report {
 
@@ -31,6 +32,10 @@ struct ReportInput {
   analyze::WithinTruth within_truth;
   double wall = 2;  ///< metres, for which lens models are compared
   int views = 0;    ///< that were given; 0: as many as the result has
+  std::vector<ViewImage>
+      images;  ///< of the session's views (SessionContents::view_images); none: no captures drawn
+  /// A rig of the same devices from before: what differs is drawn, the light on the wall and each lens.
+  std::optional<Rig> earlier;
 };
 
 /// What a report about a fresh calibration holds: predicts the errors on a wall, adds their checks to

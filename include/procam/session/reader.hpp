@@ -10,6 +10,7 @@
 
 #include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
+#include "procam/core/rig/view_image.hpp"
 #include "procam/io/session/captures.hpp"
 #include "procam/session/patterns.hpp"
 #include "procam/session/shown_views.hpp"
@@ -79,6 +80,8 @@ struct SessionContents {
   std::map<std::string, std::string> options;  ///< pattern, sizes, board: for the rig's provenance
   int views = 0;                               ///< given, also those without enough points
   std::string title;                           ///< of the report: the folder's or the file's name
+  /// The brightest frame of each view and camera, at most 480 pixels wide and high; none from tables.
+  std::vector<ViewImage> view_images;
 };
 
 /// Reads and joins all views: cameras first among the devices, then projectors. A board missed in one view is

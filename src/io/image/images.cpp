@@ -68,6 +68,16 @@ bool is_noisy(ViewU8 image) {
   return 2 * equal < pairs;
 }
 
+/// A copy in the order of OpenCV's encoders.
+cv::Mat mat_to_encode(ViewU8 image) {
+  cv::Mat mat(image.height, image.width, CV_8UC(image.channels));
+  for (int y = 0; y < image.height; ++y) {
+    std::copy_n(image.row(y), std::ptrdiff_t(image.width) * image.channels, mat.ptr<std::uint8_t>(y));
+    if (image.channels >= 3) swap_blue_and_red(mat.ptr<std::uint8_t>(y), image.width, image.channels);
+  }
+  return mat;
+}
+
 }  // namespace
 
 cv::Mat decode_image(const std::string& bytes, const std::string& file) {
@@ -199,14 +209,21 @@ ImageU8 green_channel(ViewU8 image) {
   return green;
 }
 
+std::string encode_jpeg(ViewU8 image, int quality) {
+  require(!image.empty() && (image.channels == 1 || image.channels == 3),
+          "encode_jpeg: the image is empty or has not 1 or 3 channels");
+  require(quality >= 1 && quality <= 100, "encode_jpeg: the quality is not within 1 to 100");
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".jpg", mat_to_encode(image), bytes, {cv::IMWRITE_JPEG_QUALITY, quality}))
+    throw Error(ErrorKind::kIo, "JPEG picture", "the encoder refused it",
+                "report this with the picture's size");
+  return std::string(bytes.begin(), bytes.end());
+}
+
 std::string encode_png(ViewU8 image) {
   require(!image.empty() && (image.channels == 1 || image.channels == 3 || image.channels == 4),
           "encode_png: the image is empty or has not 1, 3 or 4 channels");
-  cv::Mat mat(image.height, image.width, CV_8UC(image.channels));
-  for (int y = 0; y < image.height; ++y) {
-    std::copy_n(image.row(y), std::ptrdiff_t(image.width) * image.channels, mat.ptr<std::uint8_t>(y));
-    if (image.channels >= 3) swap_blue_and_red(mat.ptr<std::uint8_t>(y), image.width, image.channels);
-  }
+  const cv::Mat mat = mat_to_encode(image);
   std::vector<std::uint8_t> bytes;
   // Stated, so that another version's default does not change files: the level is a middle way between time
   // and size. A camera's grey image has noise in each pixel, and nothing to refer back to: without a search for it the

@@ -45,6 +45,9 @@ PROCAM_EXPORT ImageU8 green_channel(ViewU8 image);
 /// The picture as the bytes of a PNG file; the same pixels give the same bytes.
 PROCAM_EXPORT std::string encode_png(ViewU8 image);
 
+/// The picture as the bytes of a JPEG file, for reports; quality 1 to 100. Grey or R G B.
+PROCAM_EXPORT std::string encode_jpeg(ViewU8 image, int quality = 80);
+
 /// Writes a PNG, at once or not at all. Throws Error(kUnsupported) unless the name ends in .png.
 PROCAM_EXPORT void save_image(const std::filesystem::path& path, ViewU8 image);
 

@@ -161,11 +161,12 @@ TEST_F(ContentRoute, TwoProjectorsShareTheWall) {
   solve("right", "right.json");
   const std::string blend =
       " --black left=0.002 --black right=0.003 --compensate 0.2 --brightness right=1.3 ";
-  ToolRun run =
-      render("--blend-with " + at("right.json") + blend + "-o " + at("l.png") + " --weights " + at("l_w.png"));
+  ToolRun run = render("--blend-with " + at("right.json") + blend + "-o " + at("l.png") + " --weights " +
+                       at("l_w.png"));
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  run = render("--blend-with " + at("solved.json") + blend + "-o " + at("r.png") + " --weights " + at("r_w.png"),
-               "right.json");
+  run = render(
+      "--blend-with " + at("solved.json") + blend + "-o " + at("r.png") + " --weights " + at("r_w.png"),
+      "right.json");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const ImageU8 left = io::load_image(folder_ / "l_w.png").image,
                 right = io::load_image(folder_ / "r_w.png").image;
@@ -191,8 +192,8 @@ TEST_F(ContentRoute, TwoProjectorsShareTheWall) {
   const auto both = wall_seen("--blend-with " + at("right.json") + blend), alone = wall_seen("");
   EXPECT_GT(both.first, both.second - 12);
   EXPECT_LT(alone.first, 100) << "of " << alone.second;
-  run = run_tool("export-warp", "--rig " + at("rig.json") + " --surfaces " + at("solved.json") + " --blend-with " +
-                                    at("right.json") + " -o " + at("wall.png"));
+  run = run_tool("export-warp", "--rig " + at("rig.json") + " --surfaces " + at("solved.json") +
+                                    " --blend-with " + at("right.json") + " -o " + at("wall.png"));
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_NE(run.err.find("--blend"), std::string::npos) << run.err;
   run = render("--blend-with " + at("solved.json") + " -o " + at("twice.png"));

@@ -64,14 +64,21 @@ json to_json(const BlendMetrics& blend) {
           {"last_change_s", finite(blend.last_change_s)}};
 }
 
+json to_json(const std::vector<std::optional<Vec2>>& points) {
+  json list = json::array();
+  for (const auto& point : points)
+    list.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
+  return list;
+}
+
 json to_json(const PageStatus& status) {
   json surfaces = json::array();
-  for (const PageSurface& surface : status.surfaces) {
-    json points = json::array();
-    for (const auto& point : surface.points)
-      points.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
-    surfaces.push_back({{"name", surface.name}, {"content", surface.content}, {"points", std::move(points)}});
-  }
+  for (const PageSurface& surface : status.surfaces)
+    surfaces.push_back({{"name", surface.name},
+                        {"content", surface.content},
+                        {"points", to_json(surface.points)},
+                        {"outline", to_json(surface.outline)},
+                        {"fit", surface.fit}});
   json moving = json::array();
   for (const MovingMetrics& one : status.moving) moving.push_back(to_json(one));
   return {{"frame", {status.frame.width, status.frame.height}},

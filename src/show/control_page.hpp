@@ -38,7 +38,9 @@ using ControlOptions = PageServerOptions;
 
 struct PageSurface {
   std::string name, content;
-  std::vector<std::optional<Vec2>> points;  ///< in the frame; empty: it cannot be dragged
+  std::vector<std::optional<Vec2>> points;   ///< pixels of the frame; empty: it cannot be dragged
+  std::vector<std::optional<Vec2>> outline;  ///< the content's corners, pixels of the frame
+  std::string fit;                           ///< the residual of more than four points, in words; else empty
 };
 
 struct PageStatus {

@@ -4,6 +4,8 @@
 #include "document/document.hpp"
 #include "editor_points.hpp"
 #include "procam/core/base/limits.hpp"
+#include "procam/core/base/words.hpp"
+#include "procam/core/geometry/homography.hpp"
 #include "uncalibrated.hpp"
 
 namespace procam::show {
@@ -192,6 +194,31 @@ std::vector<std::optional<Vec2>> points_in_frame(const SolvedSurface& surface, c
     for (const Vec2& point : plane->points)
       shown.push_back(projector.project(placed->projector_from_surface * Vec3(point.x(), point.y(), 0)));
   return shown;
+}
+
+std::vector<std::optional<Vec2>> outline_in_frame(const SolvedSurface& surface, const Projector& projector) {
+  std::vector<std::optional<Vec2>> outline;
+  if (edited_points(surface.surface.geometry) == nullptr) return outline;
+  const auto* plane = std::get_if<PlacedPlane>(&surface.placement);
+  const auto* pixels = std::get_if<PlacedPixels>(&surface.placement);
+  for (const Vec2& corner : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)}) {
+    std::optional<Vec2>& shown = outline.emplace_back();
+    if (pixels != nullptr) shown = Homography(pixels->pixel_from_content).apply(corner);
+    if (plane == nullptr) continue;
+    if (const auto at = Homography(plane->plane_from_content).apply(corner))
+      shown = projector.project(plane->projector_from_surface * Vec3(at->x(), at->y(), 0));
+  }
+  return outline;
+}
+
+std::string fit_sentence(const SolvedSurface& surface) {
+  constexpr std::size_t kExact = 4;
+  const Points2* points = edited_points(surface.surface.geometry);
+  if (points == nullptr || points->size() <= kExact || surface.residuals.empty()) return "";
+  const double largest = *std::max_element(surface.residuals.begin(), surface.residuals.end());
+  const bool in_pixels = std::holds_alternative<PixelSurface>(surface.surface.geometry);
+  return std::to_string(points->size()) + " points: fitted, up to " +
+         (in_pixels ? fixed(largest, 1) + " px off" : fixed(1e3 * largest, 1) + " mm off");
 }
 
 }  // namespace procam::show

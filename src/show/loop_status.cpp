@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "editor_points.hpp"
+#include "editor_shapes.hpp"
 #include "frame_loop.hpp"
 #include "prometheus.hpp"
 
@@ -122,6 +123,8 @@ void FrameLoop::publish(double now) {
     if (parts_.editor == nullptr) continue;
     listed.points = points_in_frame(surface, paged.projector());
     listed.outline = outline_in_frame(surface, paged.projector());
+    listed.masks = masks_in_frame(surface, paged.projector());
+    listed.shape = shape_name(surface.surface.geometry);
     listed.fit = fit_sentence(surface);
   }
   status.contents = parts_.contents;

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "io/scratch.hpp"
+#include "kept_page.hpp"
 #include "live_world.hpp"
 #include "loop.hpp"
 #include "procam/core/base/limits.hpp"
@@ -314,10 +315,7 @@ TEST(ControlPage, ACornerDraggedInABrowserMovesTheLight) {
       nlohmann::json::parse(browser.evaluate("status.surfaces[2].points[2]")).get<std::vector<double>>();
   EXPECT_NEAR(now[1], 170 + 40 / scale, 0.1);
   EXPECT_NE(show.sink().last().at(x, y, 2), 0) << "the light has not moved";
-  if (const char* kept = std::getenv("PROCAM_KEEP_PAGES")) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    browser.screenshot(std::filesystem::path(kept) / "control_page.png");
-  }
+  keep_page(browser, "control_page.png");
 
   // A nudge by a tenth of a pixel, undone; then all of the drag, which is one step.
   browser.press("ArrowLeft");
@@ -345,13 +343,6 @@ TEST(ControlPage, ACornerDraggedInABrowserMovesTheLight) {
   EXPECT_EQ(browser.console(), "");
   show.end();
   EXPECT_GT(show.metrics().frames, 50u);
-}
-
-void keep_page(test::Browser& browser, const char* name) {
-  const char* kept = std::getenv("PROCAM_KEEP_PAGES");
-  if (kept == nullptr) return;
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  browser.screenshot(std::filesystem::path(kept) / name);
 }
 
 /// Five points, the last in the middle: the outline has the content's four corners, and a drag states the fit.

@@ -111,7 +111,8 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
   const auto* placed = std::get_if<PlacedPlane>(&shown.placement);
   const PlaneView view =
       placed ? view_of(*placed, shown) : view_of(std::get<PlacedPixels>(shown.placement), shown);
-  const bool moved = plane.update(view, lens, same_lens, area, workers);
+  const bool was_mesh = is_mesh();  // of which the plane's map, as it was, knows nothing
+  const bool moved = plane.update(view, lens, same_lens, area, workers) || was_mesh;
   made += moved;
   if (!placed)
     room.reset();

@@ -377,6 +377,13 @@ TEST(GlRenderer, MakesAnewWhatChanged) {
   EXPECT_EQ(work("mask").first, 1);
   scene.items[0].mask = {};
   EXPECT_EQ(work("unmasked"), std::make_pair(0, 1));
+  // Bent by hand, and the bend undone: the same homography as before is another map than the triangles'.
+  const Placement flat = scene.items[3].placement;
+  scene.items[3].placement = room_with_patches(p).items[3].placement;
+  EXPECT_EQ(work("bent").second, 1);
+  EXPECT_EQ(work("bent_still"), std::make_pair(0, 0));
+  scene.items[3].placement = flat;
+  EXPECT_EQ(work("flat_again").second, 1);
   scene.items.erase(scene.items.begin() + 2);
   work("fewer");
   p.inverse_camera.size = {140, 110};

@@ -38,9 +38,9 @@ void print_table(const SolvedSurfaceSet& solved, Console& console) {
     const std::string size = in_room && look.mm_per_pixel_max > 0
                                  ? format("%.3f..%.3f", look.mm_per_pixel_min, look.mm_per_pixel_max)
                                  : "-";
-    const std::string rms = std::holds_alternative<PlacedMesh>(surface.placement) ? "-"
-                            : in_room ? format("%.3f mm", 1e3 * surface.rms)
-                                      : format("%.3f px", surface.rms);
+    const std::string rms = surface.residuals.empty() ? "-"
+                            : in_room                 ? format("%.3f mm", 1e3 * surface.rms)
+                                                      : format("%.3f px", surface.rms);
     std::string remarks;
     for (const Diagnostic& item : surface.diagnostics.items)
       remarks += (remarks.empty() ? "" : ", ") + item.code;
@@ -60,7 +60,7 @@ void summarize(const SolvedSurfaceSet& solved, const Flags& flags, Summary& summ
     if (std::holds_alternative<PlacedPlane>(surface.placement))
       summary.set(at + "/rms_mm", 1e3 * surface.rms);
     if (std::holds_alternative<PlacedPixels>(surface.placement)) {
-      summary.set(at + "/rms_px", surface.rms);
+      if (!surface.residuals.empty()) summary.set(at + "/rms_px", surface.rms);
       continue;
     }
     summary.set(at + "/incidence_deg", surface.visibility.incidence_deg);

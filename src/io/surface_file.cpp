@@ -84,7 +84,20 @@ static void side_field(Fields& f, SeenFrom& side) {
 static void shape_fields(Fields& f, Surface& surface, PlanarSurface& planar) {
   point_fields<Metres>(f, planar.content, planar.points, surface.weights);
 }
+/// The points of a grid or a Bezier patch, in place of pairs.
+static void curve_fields(Fields& f, PixelSurface& pixels) {
+  f.field("columns", pixels.columns);
+  f.field("rows", pixels.rows);
+  f.field("points_px", pixels.pixels);
+  if (const char* fault = pixels.fault()) f.check(false, "points_px", fault, "correct the surface's numbers");
+}
 static void shape_fields(Fields& f, Surface& surface, PixelSurface& pixels) {
+  // Flat without it, as all were before there were others.
+  constexpr auto kFirst = std::size_t(PixelShape::kGrid);
+  if (f.reading() ? f.has("shape") : pixels.is_curved())
+    pixels.shape = PixelShape(
+        kFirst + f.choice("shape", {"grid", "bezier"}, f.reading() ? 0 : std::size_t(pixels.shape) - kFirst));
+  if (pixels.is_curved()) return curve_fields(f, pixels);
   point_fields<Pixels>(f, pixels.content, pixels.pixels, surface.weights);
 }
 static void shape_fields(Fields& f, Surface&, GridSurface& grid) {
@@ -292,6 +305,8 @@ static void make_drawable(Surface& surface, Placement* placement, const std::fil
       shape->mesh = std::make_shared<const Mesh>(std::move(mesh));
     }
     if (auto* placed = placement ? std::get_if<PlacedMesh>(placement) : nullptr)
+      placed->mesh = mesh_of(surface);
+    if (auto* placed = placement ? std::get_if<PlacedPixels>(placement) : nullptr)
       placed->mesh = mesh_of(surface);
   } catch (const Error& error) {
     throw Error(error.kind(), path.string() + ": " + error.subject(), error.why(), error.next());

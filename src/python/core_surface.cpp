@@ -18,18 +18,45 @@ py::object picture_to_hold(py::handle object, const char* name) {
 }
 
 void bind_flat_surfaces(py::module_& m) {
+  Enum<PixelShape>(m, "PixelShape", "How a surface in projector pixels is given.")
+      .value("kFlat", PixelShape::kFlat, "a homography through pairs")
+      .value("kGrid", PixelShape::kGrid, "columns x rows points, bilinear between")
+      .value("kBezier", PixelShape::kBezier, "columns x rows control points of one smooth patch");
   Record<PixelSurface> pixel_surface(
       m, "PixelSurface",
       "N >= 4 pairs of content coordinates and projector pixels, as clicked or dragged: a\n"
       "pure homography, right for one placement of the projector. The projector's lens is\n"
-      "not applied: whoever dragged the corners saw it already.");
+      "not applied: whoever dragged the corners saw it already. A grid or a Bezier patch has\n"
+      "columns x rows pixels, row by row from (u, v) = (0, 0), and no content.");
   pixel_surface.fields_init()
       .field("content", &PixelSurface::content, "source (u, v)")
-      .field("pixels", &PixelSurface::pixels, "destination, projector pixels");
+      .field("pixels", &PixelSurface::pixels, "destination, projector pixels")
+      .field("shape", &PixelSurface::shape, "")
+      .field("columns", &PixelSurface::columns, "of a grid or a Bezier patch, 2 to 16")
+      .field("rows", &PixelSurface::rows, "")
+      .method("is_curved", &PixelSurface::is_curved, "")
+      .method(
+          "point",
+          [](const PixelSurface& self, const Vec2& uv) {
+            require(self.is_curved() && self.fault() == nullptr,
+                    "PixelSurface.point: the surface is flat or has a fault");
+            return self.point(uv);
+          },
+          "the projector pixel of a content position, of a grid or a Bezier patch", py::arg("uv"))
+      .method("fault", &PixelSurface::fault, "")
+      .method("as_grid", &PixelSurface::as_grid, "points (x, y, 0), pixels instead of metres")
+      .method("as_bezier", &PixelSurface::as_bezier, "points (x, y, 0), pixels instead of metres");
 
   Record<PlacedPixels> placed_pixels(m, "PlacedPixels", "A pixel surface, solved.");
   placed_pixels.fields_init().field("pixel_from_content", &PlacedPixels::pixel_from_content,
-                                    "(u, v, 1) -> projector pixel");
+                                    "(u, v, 1) -> projector pixel; of a curved one not used");
+  placed_pixels.type.def_property(
+      "mesh",
+      [](const PlacedPixels& self) { return self.mesh ? std::optional<Mesh>(*self.mesh) : std::nullopt; },
+      [](PlacedPixels& self, const std::optional<Mesh>& mesh) {
+        self.mesh = mesh ? std::make_shared<const Mesh>(*mesh) : nullptr;
+      },
+      "of a curved one, else None: vertices (x, y, 0) in projector pixels");
 
   Record<PlanarSurface, InRoom> planar_surface(
       m, "PlanarSurface",
@@ -181,6 +208,7 @@ void bind_tessellation(py::module_& m) {
   tessellated(CylinderSurface());
   tessellated(SphereSurface());
   m.attr("kTessellationTolerance") = procam::kTessellationTolerance;
+  m.attr("kPixelTolerance") = procam::kPixelTolerance;
 }
 
 void bind_content_layout(py::module_& m) {
@@ -259,7 +287,21 @@ void bind_surface_definitions(py::module_& m) {
         const auto mesh = mesh_of(surface);
         return mesh ? std::optional<Mesh>(*mesh) : std::nullopt;
       },
-      "A surface's triangles in its own frame; None for planes and pixel surfaces.", py::arg("surface"));
+      "A surface's triangles in its own frame; of a curved pixel surface (x, y, 0) in projector\n"
+      "pixels. None for planes and flat pixel surfaces.",
+      py::arg("surface"));
+  function(
+      m, Gil::kHeld, "pixel_at",
+      [](const PlacedPixels& placed, const Vec2& uv) { return pixel_at(placed, uv); },
+      "The projector pixel of a content position (it may lie outside the frame); None on and\n"
+      "beyond the horizon, and outside a curved surface's triangles.",
+      py::arg("placed"), py::arg("uv"));
+  function(
+      m, Gil::kHeld, "mesh_on_rays",
+      [](const PlacedPixels& placed, const Projector& projector) { return mesh_on_rays(placed, projector); },
+      "A curved pixel surface as light: each vertex on the ray of its pixel, in the projector's\n"
+      "frame, one metre along the axis.",
+      py::arg("placed"), py::arg("projector"));
   function(
       m, Gil::kHeld, "place_of",
       [](const SurfaceGeometry& geometry) {
@@ -393,8 +435,8 @@ void bind_core_surface(py::module_& m) {
       .field("frame", &InRoom::frame,
              "the frame the surface is placed in: \"world\", \"rig\", or \"projector\"")
       .field("frame_from_surface", &InRoom::frame_from_surface, "");
-  bind_flat_surfaces(m);
   bind_curved_surfaces(m);
+  bind_flat_surfaces(m);
   bind_round_surfaces(m);
   bind_mesh_surface(m);
   bind_tessellation(m);

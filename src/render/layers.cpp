@@ -92,6 +92,9 @@ ViewU8 as_alpha(ViewU8 mask, std::vector<std::uint8_t>& memory) {
 
 bool Layer::place(const SceneItem& shown, const Projector& projector, const LensMap& lens, bool same_lens,
                   bool area, Workers& workers) {
+  if (const auto* pixels = std::get_if<PlacedPixels>(&shown.placement); pixels && pixels->mesh)
+    return place_in_pixels(*pixels, projector, lens, same_lens, workers);
+  in_pixels_.reset();
   if (const auto* placed = std::get_if<PlacedMesh>(&shown.placement)) {
     const Pose &a = placed->projector_from_surface, &b = mesh_.projector_from_surface;
     if (same_lens && is_mesh() && placed->mesh == mesh_.mesh && a.translation == b.translation &&
@@ -108,7 +111,8 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
   const auto* placed = std::get_if<PlacedPlane>(&shown.placement);
   const PlaneView view =
       placed ? view_of(*placed, shown) : view_of(std::get<PlacedPixels>(shown.placement), shown);
-  const bool moved = plane.update(view, lens, same_lens, area, workers);
+  const bool was_mesh = is_mesh();  // of which the plane's map, as it was, knows nothing
+  const bool moved = plane.update(view, lens, same_lens, area, workers) || was_mesh;
   made += moved;
   if (!placed)
     room.reset();
@@ -117,18 +121,38 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
   return moved;
 }
 
+/// As triangles on the rays of their pixels. The same mesh before the same lens stays.
+bool Layer::place_in_pixels(const PlacedPixels& placed, const Projector& projector, const LensMap& lens,
+                            bool same_lens, Workers& workers) {
+  if (same_lens && is_mesh() && in_pixels_ == placed.mesh) return false;
+  const PlacedMesh lit = mesh_on_rays(placed, projector);
+  if (is_mesh())
+    room->move(lit, projector, lens.grid(), workers);
+  else
+    room.emplace(lit, projector, lens.grid(), workers);
+  mesh_ = lit;
+  in_pixels_ = placed.mesh;
+  ++made;
+  return true;
+}
+
 const std::vector<int>& TileSteps::find(const std::vector<Layer>& layers, const LensMap& lens, int tile_x,
                                         int tile_y) {
   steps_.clear();
   group_.clear();
   for (std::size_t i = 0; i < layers.size(); ++i) {
     if (!layers[i].touches(tile_x, tile_y)) continue;
-    if (layers[i].room) {
+    if (layers[i].room && !layers[i].is_in_pixels()) {
       group_.push_back(int(i));
       continue;
     }
     add_group(layers, lens, tile_x, tile_y);
-    steps_.push_back(int(i));
+    if (layers[i].is_mesh()) {  // by itself: it hides nothing by depth
+      group_.push_back(int(i));
+      add_group(layers, lens, tile_x, tile_y);
+    } else {
+      steps_.push_back(int(i));
+    }
   }
   add_group(layers, lens, tile_x, tile_y);
   return steps_;

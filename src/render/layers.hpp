@@ -23,7 +23,7 @@ PROCAM_EXPORT ViewU8 as_alpha(ViewU8 mask, std::vector<std::uint8_t>& memory);
 /// Where one item of the scene is; kept while it stays there.
 struct PROCAM_EXPORT Layer {
   PlaneLayer plane;               ///< of a plane or a pixel surface
-  std::optional<MeshLayer> room;  ///< of a plane or a mesh
+  std::optional<MeshLayer> room;  ///< of a plane, a mesh or a curved pixel surface
   std::uint64_t made = 0;         ///< how many times anything was
 
   /// Returns whether anything had to be made.
@@ -31,6 +31,8 @@ struct PROCAM_EXPORT Layer {
              bool area, Workers& workers);
 
   bool is_mesh() const { return room && !room->is_plane(); }
+  /// Of triangles: those of a curved pixel surface, which has no place in the room?
+  bool is_in_pixels() const { return in_pixels_ != nullptr; }
   bool touches(int tile_x, int tile_y) const {
     return is_mesh() ? room->boxes(tile_x, tile_y).count > 0 : plane.touches(tile_x, tile_y);
   }
@@ -39,7 +41,11 @@ struct PROCAM_EXPORT Layer {
   int mask_levels(ImageSize mask) const { return is_mesh() ? levels_of(mask) : plane.mask_levels(); }
 
  private:
-  PlacedMesh mesh_;  ///< as it was
+  bool place_in_pixels(const PlacedPixels& placed, const Projector& projector, const LensMap& lens,
+                       bool same_lens, Workers& workers);
+
+  PlacedMesh mesh_;                        ///< as it was
+  std::shared_ptr<const Mesh> in_pixels_;  ///< of a curved pixel surface, as it was
 };
 
 /// What is drawn on a tile, back to front. Planes in the room are put in the order of their depth; where that

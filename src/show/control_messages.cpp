@@ -64,13 +64,25 @@ json to_json(const BlendMetrics& blend) {
           {"last_change_s", finite(blend.last_change_s)}};
 }
 
+json to_json(const std::vector<std::optional<Vec2>>& points) {
+  json list = json::array();
+  for (const auto& point : points)
+    list.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
+  return list;
+}
+
 json to_json(const PageStatus& status) {
   json surfaces = json::array();
   for (const PageSurface& surface : status.surfaces) {
-    json points = json::array();
-    for (const auto& point : surface.points)
-      points.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
-    surfaces.push_back({{"name", surface.name}, {"content", surface.content}, {"points", std::move(points)}});
+    json masks = json::array();
+    for (const auto& mask : surface.masks) masks.push_back(to_json(mask));
+    surfaces.push_back({{"name", surface.name},
+                        {"content", surface.content},
+                        {"points", to_json(surface.points)},
+                        {"outline", to_json(surface.outline)},
+                        {"masks", std::move(masks)},
+                        {"shape", surface.shape},
+                        {"fit", surface.fit}});
   }
   json moving = json::array();
   for (const MovingMetrics& one : status.moving) moving.push_back(to_json(one));
@@ -97,6 +109,24 @@ json to_json(const PageStatus& status) {
           {"tracked", std::move(moving)},
           {"blend", status.blend ? to_json(*status.blend) : json(nullptr)},
           {"messages", status.messages}};
+}
+
+std::optional<Vec2> to_point(const json& value) {
+  if (!value.is_array() || value.size() != 2 || !value[0].is_number() || !value[1].is_number())
+    return std::nullopt;
+  const Vec2 point(value[0].get<double>(), value[1].get<double>());
+  return point.allFinite() ? std::optional(point) : std::nullopt;
+}
+
+std::optional<Points2> to_ring(const json& value) {
+  if (!value.is_array() || value.size() > kMaskCorners) return std::nullopt;
+  Points2 ring;
+  for (const json& corner : value) {
+    const std::optional<Vec2> point = to_point(corner);
+    if (!point) return std::nullopt;
+    ring.push_back(*point);
+  }
+  return ring;
 }
 
 }  // namespace
@@ -145,10 +175,15 @@ std::optional<Command> to_command(std::string_view text) {
       good = point >= -1 && point < 100000;
       command.point = good ? int(point) : -1;
     }
-    if (key == "pixels" && value.is_array() && value.size() == 2 && value[0].is_number() &&
-        value[1].is_number()) {
-      command.pixels = Vec2(value[0].get<double>(), value[1].get<double>());
-      good = command.pixels.allFinite();
+    if (key == "pixels") {
+      const auto pixels = to_point(value);
+      good = pixels.has_value();
+      if (good) command.pixels = *pixels;
+    }
+    if (key == "ring") {
+      const auto ring = to_ring(value);
+      good = ring.has_value();
+      if (good) command.ring = *ring;
     }
     if (!good) return std::nullopt;
   }
@@ -163,6 +198,7 @@ std::string to_message(const Command& command) {
   if (!command.gesture.empty()) message["gesture"] = command.gesture;
   if (command.point >= 0) message["point"] = command.point;
   if (command.pixels != Vec2::Zero()) message["pixels"] = {command.pixels.x(), command.pixels.y()};
+  for (const Vec2& corner : command.ring) message["ring"].push_back({corner.x(), corner.y()});
   return message.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 

@@ -38,7 +38,12 @@ using ControlOptions = PageServerOptions;
 
 struct PageSurface {
   std::string name, content;
-  std::vector<std::optional<Vec2>> points;  ///< in the frame; empty: it cannot be dragged
+  std::vector<std::optional<Vec2>> points;   ///< pixels of the frame; empty: it cannot be dragged
+  std::vector<std::optional<Vec2>> outline;  ///< the content's corners, pixels of the frame
+  std::vector<std::vector<std::optional<Vec2>>>
+      masks;          ///< parts that stay dark, rings in pixels of the frame
+  std::string shape;  ///< of one in pixels: "flat", "grid 5x4", "bezier 4x4"; else empty
+  std::string fit;    ///< the residual of more than four points, in words; else empty
 };
 
 struct PageStatus {

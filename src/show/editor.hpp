@@ -10,7 +10,7 @@
 /// pixels: those of a pixel surface as they are; those of a plane to where the light of that pixel lands on
 /// the plane now,
 ///   point = (x, y) of  land(pixel, plane z = 0 of projector_from_surface),
-/// through the lens. Other geometries have no such points: what they are is in their files.
+/// through the lens. Grids and Bezier patches in pixels have their points moved likewise. Other geometries have no such points: what they are is in their files.
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +24,8 @@ namespace procam::show {
 struct Command {
   /// "move", "nudge" (a point, to or by `pixels`), "place" (a point, to `pixels` in the surface's own units: pixels, or
   /// metres of a plane), "add", "remove", "rename" (to `text`), "content" (`text`),
+  /// "mask" (`ring` of frame pixels stays dark), "hole" (the same in content coordinates), "unmask" (`point`: which; -1:
+  /// all), "shape" of a surface in pixels (`text`: "flat", "grid 5x4", "bezier 4x4"),
   /// "undo", "redo"; the loop knows others (loop.hpp).
   std::string verb;
   std::string surface;
@@ -33,7 +35,11 @@ struct Command {
   /// Moves that belong together (one drag) carry one name and are undone in one step; empty: a step of its
   /// own.
   std::string gesture;
+  Points2 ring = {};  ///< of a mask
 };
+
+/// Corners that a mask of a command may have.
+inline constexpr std::size_t kMaskCorners = 64;
 
 class Editor {
  public:

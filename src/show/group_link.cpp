@@ -56,7 +56,8 @@ bool is_shared(const Command& command) {
 
 std::vector<Command> shared_commands(const Command& command, const Editor* editor,
                                      const Projection& projection) {
-  if (editor == nullptr || (command.verb != "move" && command.verb != "nudge")) return {command};
+  const bool is_mask = command.verb == "mask";
+  if (editor == nullptr || (!is_mask && command.verb != "move" && command.verb != "nudge")) return {command};
   Editor trial(editor->surfaces());
   trial.apply(command, projection.projector(), projection.solved());
   std::vector<Command> shared;
@@ -64,6 +65,11 @@ std::vector<Command> shared_commands(const Command& command, const Editor* edito
     if (surface.name != command.surface) continue;
     for (const Surface& moved : trial.surfaces().surfaces) {
       if (moved.name != command.surface) continue;
+      if (is_mask) {
+        Command hole{"hole", command.surface, -1, Vec2::Zero(), "", command.gesture};
+        hole.ring = moved.shape.holes.back();
+        return {hole};
+      }
       const Points2 *const before = edited_points(surface.geometry), *const after =
                                                                          edited_points(moved.geometry);
       for (std::size_t i = 0; before != nullptr && after != nullptr && i < after->size(); ++i)

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "editor_points.hpp"
+#include "editor_shapes.hpp"
 #include "frame_loop.hpp"
 #include "prometheus.hpp"
 
@@ -115,10 +116,17 @@ void FrameLoop::publish(double now) {
     for (std::size_t i = 0; i < parts_.sides->size(); ++i) status.screens.push_back(parts_.sides->at(i).name);
     status.screen = status.screens[paged_];
   }
-  for (const SolvedSurface& surface : paged.solved().surfaces)
-    status.surfaces.push_back({surface.surface.name, surface.surface.content,
-                               parts_.editor != nullptr ? points_in_frame(surface, paged.projector())
-                                                        : std::vector<std::optional<Vec2>>{}});
+  for (const SolvedSurface& surface : paged.solved().surfaces) {
+    PageSurface& listed = status.surfaces.emplace_back();
+    listed.name = surface.surface.name;
+    listed.content = surface.surface.content;
+    if (parts_.editor == nullptr) continue;
+    listed.points = points_in_frame(surface, paged.projector());
+    listed.outline = outline_in_frame(surface, paged.projector());
+    listed.masks = masks_in_frame(surface, paged.projector());
+    listed.shape = shape_name(surface.surface.geometry);
+    listed.fit = fit_sentence(surface);
+  }
   status.contents = parts_.contents;
   status.picture = parts_.projection.picture();
   status.frozen = frozen_;

@@ -66,7 +66,8 @@ struct Desk::ShownPatterns {
 
 class Desk::CaptureDialog : public session::RecorderDialog {
  public:
-  explicit CaptureDialog(Desk& desk) : desk_(desk) {}
+  /// `lights_outline`: the projector shows where to hold the board next.
+  CaptureDialog(Desk& desk, bool lights_outline) : desk_(desk), lights_outline_(lights_outline) {}
 
   void progress(const std::string& doing, int done, int total) override {
     desk_.doing_ = doing, desk_.done_ = done, desk_.total_ = total;
@@ -88,7 +89,18 @@ class Desk::CaptureDialog : public session::RecorderDialog {
       desk_.begin_guiding();
     }
     if (const auto advice = desk_.next_pose_.take()) desk_.guide_next_pose(advice->pose);
+    light_outline(desk_.guided_ ? desk_.guided_->in_frame : std::vector<Vec2>{});
     desk_.look(kDialogLook);
+    if (!is_board_ready(view)) return false;
+    light_outline({});  // the patterns follow
+    return true;
+  }
+  void covered(double camera, double projector) override {
+    desk_.camera_coverage_ = camera, desk_.projector_coverage_ = projector;
+  }
+
+ private:
+  bool is_board_ready(int view) {
     if (std::exchange(desk_.take_now_, false)) return note_pose();
     if (desk_.stage_ && (desk_.stage_->is_moving() || desk_.next_pose_.is_running())) return false;
     const std::optional<SpottedBoard> spotted = desk_.spotter_.newest();
@@ -103,17 +115,23 @@ class Desk::CaptureDialog : public session::RecorderDialog {
     }
     return note_pose();
   }
-  void covered(double camera, double projector) override {
-    desk_.camera_coverage_ = camera, desk_.projector_coverage_ = projector;
+  /// The board's rectangle as it should be held; white light without one.
+  void light_outline(const std::vector<Vec2>& outline) {
+    if (!lights_outline_ || outline == outline_) return;
+    outline_ = outline;
+    if (outline.empty())
+      desk_.screens_.show_flat(255);
+    else
+      desk_.screens_.show_guide(desk_.guided_->projector, outline);
   }
-
- private:
   bool note_pose() {
     if (const auto spotted = desk_.spotter_.newest()) desk_.captured_ = spotted->found;
     return true;
   }
 
   Desk& desk_;
+  const bool lights_outline_;
+  std::vector<Vec2> outline_;  ///< that is shown
   int guided_ = -1;
   int others_ = 0;  ///< poses of the list that were tried instead of the advised one
 };
@@ -276,7 +294,8 @@ void Desk::capture() {
   options.folder = project_.session();
   options.views = project_.choices.views;
   if (screens_.size() == 1) options.checked = shutters_.front();
-  CaptureDialog dialog(*this);
+  // A pattern beside the print needs its own frame while the board is placed.
+  CaptureDialog dialog(*this, !shown.patterns.front()->on_blank_paper().has_value());
   captured_.reset();
   take_now_ = false;
   spotter_.look_for(board_);
@@ -297,7 +316,7 @@ bool Desk::is_next_pose_advised() const {
 void Desk::begin_guiding() {
   guided_.reset();
   if (is_next_pose_advised())
-    next_pose_.start(project_.session());
+    next_pose_.start(project_.session(), *board_);
   else
     guide_next_pose(std::nullopt);
 }
@@ -311,10 +330,13 @@ GuidedPose Desk::listed_pose(int number) const {
   const LitBox middle{0.25 * size, 0.75 * size};
   // In the light of each projector in turn.
   const int projectors = projectors_in_turn();
-  const LitBox lit = lit_.empty() ? middle : lit_[std::size_t(number % projectors)].value_or(middle);
-  GuidedPose pose = guided_pose(number / projectors, *board_, image_size_, lit);
-  pose.projector = std::size_t(number % projectors);
+  const auto projector = std::size_t(number % projectors);
+  const std::optional<LitBox> known = lit_.empty() ? std::nullopt : lit_[projector];
+  GuidedPose pose = guided_pose(number / projectors, *board_, image_size_, known.value_or(middle));
+  pose.projector = projector;
   if (projectors > 1) pose.words += ", in the light of " + screens_.name(pose.projector);
+  if (known && screens_.is_open())
+    pose.in_frame = outline_in_frame(*board_, pose, *known, screens_.frame_size(projector));
   return pose;
 }
 

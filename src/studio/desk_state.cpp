@@ -175,6 +175,7 @@ struct Desk::StateParts {
     if (guided && desk.board_ && desk.image_size_.width > 0)
       capture["next"] = {
           {"outline", points(outline(*desk.board_, guided->camera_from_board, guided->camera))},
+          {"in_frame", points(guided->in_frame)},
           {"words", guided->words}};
     capture["thinking"] = desk.next_pose_.is_running();
     return capture;

@@ -35,11 +35,11 @@ NextPoseJob::~NextPoseJob() {
   if (thread_.joinable()) thread_.join();
 }
 
-void NextPoseJob::start(const std::filesystem::path& session) {
+void NextPoseJob::start(const std::filesystem::path& session, const Board& board) {
   if (running_) return;
   if (thread_.joinable()) thread_.join();
   running_ = true;
-  thread_ = std::thread([this, session] {
+  thread_ = std::thread([this, session, board] {
     Result result;
     try {
       const auto go_on = [this] {
@@ -53,11 +53,15 @@ void NextPoseJob::start(const std::filesystem::path& session) {
       const std::size_t worst = worst_projector(solved.rig);
       if (const auto next = analyze::advise_next_view(solved, kWall, solved.rig.projectors[worst].name)) {
         const RigCamera& camera = solved.rig.camera();
-        result.pose = GuidedPose{camera.rig_from_camera.inverse() * next->rig_from_board, camera.camera,
-                                 next->words + "; the predicted error at 2 m then falls from " +
-                                     fixed(next->now.externally.rms_mm, 1) + " to " +
-                                     fixed(next->then.externally.rms_mm, 1) + " mm",
-                                 worst};
+        const RigProjector& shown = solved.rig.projectors[worst];
+        result.pose =
+            GuidedPose{camera.rig_from_camera.inverse() * next->rig_from_board, camera.camera,
+                       next->words + "; the predicted error at 2 m then falls from " +
+                           fixed(next->now.externally.rms_mm, 1) + " to " +
+                           fixed(next->then.externally.rms_mm, 1) + " mm",
+                       worst,
+                       outline_in_frame(board, shown.rig_from_projector.inverse() * next->rig_from_board,
+                                        shown.projector)};
       }
     } catch (const AdviceStopped&) {   // the studio ends
     } catch (const std::exception&) {  // not solvable yet: the next pose is that of the list

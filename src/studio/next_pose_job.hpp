@@ -21,7 +21,7 @@ class NextPoseJob {
   NextPoseJob(const NextPoseJob&) = delete;
   NextPoseJob& operator=(const NextPoseJob&) = delete;
 
-  void start(const std::filesystem::path& session);
+  void start(const std::filesystem::path& session, const Board& board);
   bool is_running() const { return running_; }
   struct Result {
     std::optional<GuidedPose>

@@ -51,6 +51,15 @@ PrintExtent print_extent(const Board& board) {
   return result;
 }
 
+/// As they are where at least one is in the frame; else none.
+std::vector<Vec2> if_in_frame(std::vector<Vec2> corners, ImageSize frame) {
+  const auto is_in = [&](const Vec2& corner) {
+    return corner.x() >= 0 && corner.y() >= 0 && corner.x() <= frame.width - 1 &&
+           corner.y() <= frame.height - 1;
+  };
+  return std::any_of(corners.begin(), corners.end(), is_in) ? std::move(corners) : std::vector<Vec2>{};
+}
+
 }  // namespace
 
 Camera assumed_camera(ImageSize size) {
@@ -82,8 +91,11 @@ GuidedPose guided_pose(int view, const Board& board, ImageSize camera_size, cons
           "about " + fixed(distance, 1) + " m from the camera, " + placing.words};
 }
 
-std::vector<Vec2> outline(const Board& board, const Pose& camera_from_board, const Camera& camera) {
-  const PrintExtent print = print_extent(board);
+std::vector<Vec2> outline(const Board& board, const Pose& camera_from_board, const Camera& camera,
+                          double margin) {
+  PrintExtent print = print_extent(board);
+  print.low -= Vec2::Constant(margin);
+  print.high += Vec2::Constant(margin);
   std::vector<Vec2> corners;
   for (const Vec2& corner :
        {print.low, Vec2(print.high.x(), print.low.y()), print.high, Vec2(print.low.x(), print.high.y())}) {
@@ -92,6 +104,28 @@ std::vector<Vec2> outline(const Board& board, const Pose& camera_from_board, con
     corners.push_back(*pixel);
   }
   return corners;
+}
+
+double light_margin(const Board& board) {
+  constexpr double kSpacings = 1.4;  // a chessboard's squares go on for one beyond its outer corners
+  const PrintExtent print = print_extent(board);
+  const Vec2 size = print.high - print.low;
+  return kSpacings * std::sqrt(size.x() * size.y() / double(points_in_board(board).size()));
+}
+
+std::vector<Vec2> outline_in_frame(const Board& board, const Pose& projector_from_board,
+                                   const Projector& projector) {
+  return if_in_frame(outline(board, projector_from_board, projector.inverse_camera, light_margin(board)),
+                     projector.size());
+}
+
+std::vector<Vec2> outline_in_frame(const Board& board, const GuidedPose& pose, const LitBox& lit,
+                                   ImageSize frame) {
+  const Vec2 box = (lit.high - lit.low).cwiseMax(Vec2(1, 1)), size(frame.width, frame.height);
+  std::vector<Vec2> corners = outline(board, pose.camera_from_board, pose.camera, light_margin(board));
+  for (Vec2& corner : corners)
+    corner = (corner - lit.low).cwiseQuotient(box).cwiseProduct(size) - Vec2(0.5, 0.5);
+  return if_in_frame(std::move(corners), frame);
 }
 
 }  // namespace procam::studio

@@ -7,6 +7,32 @@
 #include "wall.hpp"
 
 namespace procam::studio {
+namespace {
+
+/// Sides that are longer than the frame is large are not drawn.
+void draw_ring(const std::vector<Vec2>& ring, int half_width, std::uint8_t level, ImageU8& frame) {
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Vec2 from = ring[i], step = ring[(i + 1) % ring.size()] - from;
+    if (!(step.norm() <= frame.width() + frame.height())) continue;
+    const int steps = int(std::ceil(2 * step.norm())) + 1;
+    for (int k = 0; k < steps; ++k) {
+      const Vec2 point = from + k / double(steps) * step;
+      const int x0 = int(std::lround(point.x())), y0 = int(std::lround(point.y()));
+      for (int y = std::max(0, y0 - half_width); y <= std::min(frame.height() - 1, y0 + half_width); ++y)
+        for (int x = std::max(0, x0 - half_width); x <= std::min(frame.width() - 1, x0 + half_width); ++x)
+          frame.at(x, y) = level;
+    }
+  }
+}
+
+}  // namespace
+
+ImageU8 guide_frame(ImageSize size, const std::vector<Vec2>& ring) {
+  constexpr int kPixelsALine = 400;  // 5 pixels wide on 1024
+  ImageU8 frame(size, 1, kGuideGround);
+  draw_ring(ring, std::max(1, size.width / kPixelsALine), kGuideLine, frame);
+  return frame;
+}
 
 /// A sink whose newest frame the page may show.
 class ProjectorScreens::Screen : public device::FrameSink {
@@ -67,6 +93,10 @@ device::FrameSink& ProjectorScreens::at(std::size_t i) {
   return *screens_.at(i).screen;
 }
 
+ImageSize ProjectorScreens::frame_size(std::size_t i) const {
+  return screens_.at(i).screen->size();
+}
+
 void ProjectorScreens::poll() {
   for (const Opened& one : screens_) one.screen->poll();
 }
@@ -76,6 +106,11 @@ void ProjectorScreens::show_flat(int level) {
   const double shared = level * std::pow(1.0 / double(std::max<std::size_t>(1, size())), 1 / kUsualGamma);
   for (std::size_t i = 0; i < size(); ++i)
     at(i).show(ImageU8(at(i).size(), 1, std::uint8_t(std::lround(shared))));
+}
+
+void ProjectorScreens::show_guide(std::size_t i, const std::vector<Vec2>& ring) {
+  for (std::size_t number = 0; number < size(); ++number)
+    at(number).show(guide_frame(at(number).size(), number == i ? ring : std::vector<Vec2>{}));
 }
 
 void ProjectorScreens::darken_others(std::size_t i) {
@@ -102,20 +137,8 @@ void ProjectorScreens::show_outlines(const SurfaceSet& surfaces, const Rig& rig)
   at();
   for (std::size_t number = 0; number < size(); ++number) {
     ImageU8 frame(at(number).size(), 1, 0);
-    for (const Surface& one : surfaces.surfaces) {
-      const std::vector<Vec2> outline = outline_in_frame(one, rig, name(number));
-      for (std::size_t i = 0; i < outline.size(); ++i) {
-        const Vec2 from = outline[i], step = outline[(i + 1) % outline.size()] - from;
-        if (step.norm() > frame.width() + frame.height()) continue;
-        const int steps = int(std::ceil(2 * step.norm())) + 1;
-        for (int k = 0; k < steps; ++k) {
-          const Vec2 point = from + k / double(steps) * step;
-          for (int y = int(std::lround(point.y())) - 1; y <= int(std::lround(point.y())) + 1; ++y)
-            for (int x = int(std::lround(point.x())) - 1; x <= int(std::lround(point.x())) + 1; ++x)
-              if (x >= 0 && y >= 0 && x < frame.width() && y < frame.height()) frame.at(x, y) = 255;
-        }
-      }
-    }
+    for (const Surface& one : surfaces.surfaces)
+      draw_ring(outline_in_frame(one, rig, name(number)), 1, 255, frame);
     at(number).show(frame);
   }
 }

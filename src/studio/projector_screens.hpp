@@ -13,6 +13,13 @@
 
 namespace procam::studio {
 
+/// Grey values of a guide's lines and of the light round them: half of the lines' light at gamma 2.2, enough for a camera whose
+/// exposure is right for white.
+inline constexpr std::uint8_t kGuideLine = 255, kGuideGround = 186;
+
+/// A closed ring as bright lines on dimmer light; points in pixels.
+ImageU8 guide_frame(ImageSize size, const std::vector<Vec2>& ring);
+
 class ProjectorScreens {
  public:
   explicit ProjectorScreens(StudioPage& page);
@@ -29,6 +36,7 @@ class ProjectorScreens {
   const std::string& name(std::size_t i) const { return screens_.at(i).name; }
   /// Throws Error(kInput) where none is open.
   device::FrameSink& at(std::size_t i = 0);
+  ImageSize frame_size(std::size_t i) const;
 
   void poll();
   /// All show this grey value. White of several is darkened, so that a place that all light is as bright as one would make
@@ -38,6 +46,9 @@ class ProjectorScreens {
   void show_test_card();
   /// The surfaces' sides as light, to see on the wall what is dragged in the frame.
   void show_outlines(const SurfaceSet& surfaces, const Rig& rig);
+  /// The ring, in pixels of frame i, as bright lines on dimmer light: for whoever holds a board in it. The other projectors
+  /// show the dimmer light alone.
+  void show_guide(std::size_t i, const std::vector<Vec2>& ring);
   /// The others turn black.
   void darken_others(std::size_t i);
 

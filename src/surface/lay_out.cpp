@@ -26,11 +26,7 @@ std::optional<double> aspect_of(const Mat3& destination_from_content) {
 std::optional<double> aspect_of(const PlacedPlane& placed) {
   return aspect_of(placed.plane_from_content);
 }
-std::optional<double> aspect_of(const PlacedPixels& placed) {
-  return aspect_of(placed.pixel_from_content);
-}
-std::optional<double> aspect_of(const PlacedMesh& placed) {
-  const Mesh& mesh = *placed.mesh;
+std::optional<double> aspect_of(const Mesh& mesh) {
   double along_u = 0, along_v = 0;
   for (const auto& triangle : mesh.triangles) {
     const auto corner = [&](std::size_t i) -> const Vec3& { return mesh.vertices[std::size_t(triangle[i])]; };
@@ -42,6 +38,12 @@ std::optional<double> aspect_of(const PlacedMesh& placed) {
     along_v += (a.x() * q - b.x() * p).norm();
   }
   return ratio(along_u, along_v);
+}
+std::optional<double> aspect_of(const PlacedMesh& placed) {
+  return aspect_of(*placed.mesh);
+}
+std::optional<double> aspect_of(const PlacedPixels& placed) {
+  return placed.mesh ? aspect_of(*placed.mesh) : aspect_of(placed.pixel_from_content);
 }
 
 /// The part of a mesh where coordinate `axis` of its uv, times `sign`, is at least `bound`. Triangles that
@@ -92,18 +94,21 @@ PlacedPlane narrowed(PlacedPlane placed, const Place& place) {
   placed.plane_from_content *= place.content_from_picture();
   return placed;
 }
-PlacedPixels narrowed(PlacedPixels placed, const Place& place) {
-  placed.pixel_from_content *= place.content_from_picture();
-  return placed;
-}
-PlacedMesh narrowed(const PlacedMesh& placed, const Place& place) {
-  Mesh mesh = *placed.mesh;
+std::shared_ptr<const Mesh> narrowed(Mesh mesh, const Place& place) {
   for (int axis = 0; axis < 2; ++axis) {
     mesh = cut(mesh, axis, 1, place.from[axis]);
     mesh = cut(mesh, axis, -1, -place.to[axis]);
   }
   for (Vec2& uv : mesh.uv) uv = (uv - place.from).cwiseQuotient(place.to - place.from);
-  return {std::make_shared<const Mesh>(std::move(mesh)), placed.projector_from_surface};
+  return std::make_shared<const Mesh>(std::move(mesh));
+}
+PlacedMesh narrowed(const PlacedMesh& placed, const Place& place) {
+  return {narrowed(*placed.mesh, place), placed.projector_from_surface};
+}
+PlacedPixels narrowed(PlacedPixels placed, const Place& place) {
+  placed.pixel_from_content *= place.content_from_picture();
+  if (placed.mesh) placed.mesh = narrowed(*placed.mesh, place);
+  return placed;
 }
 
 /// Whole pixels of [from, to] on a side of `pixels`, at least one.

@@ -9,7 +9,7 @@ namespace procam::surface {
 /// The pixel whose light shows a place of the content (it may lie outside the picture); nullopt where no
 /// light can go.
 inline std::optional<Vec2> lighting_pixel(const Projector&, const PlacedPixels& placed, const Vec2& uv) {
-  return Homography(placed.pixel_from_content).apply(uv);
+  return pixel_at(placed, uv);
 }
 inline std::optional<Vec2> lighting_pixel(const Projector& projector, const PlacedPlane& placed,
                                           const Vec2& uv) {

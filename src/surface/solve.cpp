@@ -61,8 +61,12 @@ SolvedSurface solve(const Surface& surface, const PlanarSurface& planar, const R
 
 SolvedSurface solve(const Surface& surface, const PixelSurface& pixel, const RigProjector&,
                     const std::optional<Pose>&, const SolveOptions& options) {
-  const SolvedPairs pairs = solve_pairs(surface, pixel.content, pixel.pixels);
   SolvedSurface solved;
+  if (pixel.is_curved()) {
+    solved.placement = PlacedPixels{Mat3::Identity(), mesh_of(surface)};
+    return solved;
+  }
+  const SolvedPairs pairs = solve_pairs(surface, pixel.content, pixel.pixels);
   solved.placement = PlacedPixels{pairs.destination_from_content};
   solved.rms = pairs.rms;
   solved.residuals = pairs.residuals;

@@ -32,11 +32,23 @@ std::optional<Vec2> inside_content(const Vec3& q) {
 /// mesh_over().
 struct LightOnPixels {
   Mat3 content_from_pixel;
+  std::optional<PlacedMesh> mesh;  ///< of a curved one
+  std::optional<MeshLight> light;
 
-  LightOnPixels(const Projector&, const PlacedPixels& placed)
-      : content_from_pixel(inverse_up_to_scale(placed.pixel_from_content)) {}
+  LightOnPixels(const Projector& projector, const PlacedPixels& placed)
+      : content_from_pixel(inverse_up_to_scale(placed.pixel_from_content)) {
+    if (!placed.mesh) return;
+    mesh = mesh_on_rays(placed, projector);
+    light.emplace(projector, *mesh);
+  }
+  LightOnPixels(const LightOnPixels&) = delete;
+  LightOnPixels& operator=(const LightOnPixels&) = delete;
 
   std::optional<Vec2> content(const Vec2& pixel) const {
+    if (light) {
+      const std::optional<MeshLight::Hit> hit = light->hit(pixel);
+      return hit ? inside_content(hit->uv.homogeneous()) : std::nullopt;
+    }
     return inside_content(content_from_pixel * pixel.homogeneous());
   }
   std::optional<Vec3> point(const Vec2&) const {
@@ -249,6 +261,17 @@ class MeshedTriangles {
 
 WarpGrid mesh_over(const Projector& projector, const PlacedMesh& placed, const MeshGrid&) {
   return MeshedTriangles(projector, placed).take();
+}
+
+/// A curved one's own triangles, which are straight in the frame.
+WarpGrid mesh_over(const Projector& projector, const PlacedPixels& placed, const MeshGrid& grid) {
+  if (!placed.mesh) return mesh_over<PlacedPixels>(projector, placed, grid);
+  WarpGrid result;
+  result.mesh.projector = projector.size();
+  result.mesh.content = placed.mesh->uv;
+  for (const Vec3& vertex : placed.mesh->vertices) result.mesh.pixels.push_back(vertex.head<2>());
+  result.mesh.triangles = placed.mesh->triangles;
+  return result;
 }
 
 }  // namespace

@@ -96,7 +96,8 @@ void http(std::string_view bytes) {
 
 /// Drawn commands. Whatever was asked for, the surfaces can be written and read.
 void editor(std::string_view bytes) {
-  constexpr const char* kVerbs[] = {"move", "nudge", "add", "remove", "rename", "content", "other"};
+  constexpr const char* kVerbs[] = {"move", "nudge", "add",    "remove", "rename", "content",
+                                    "mask", "hole",  "unmask", "shape",  "other"};
   static const Projector projector = test::example_rig().projectors[0].projector;
   store("roof.obj", test::kRoof);
   SurfaceSet few = test::example_surfaces();
@@ -113,13 +114,16 @@ void editor(std::string_view bytes) {
       solved.surfaces.push_back(placed);
     }
     show::Command command;
-    command.verb = kVerbs[draws.below(7)];
+    command.verb = kVerbs[draws.below(11)];
     const auto name = [&] { return draws.yes() ? std::string("wall") : std::string(draws.piece()); };
     command.surface = name();
     command.point = int(draws.below(8)) - 2;
     command.pixels = Vec2(draws.number(), draws.number());
     command.text = name();
     command.gesture = draws.yes() ? "drag" : "";
+    if (command.verb == "shape" && draws.yes()) command.text = draws.yes() ? "grid 4x3" : "bezier 16x2";
+    for (std::size_t corners = draws.below(6); corners > 0; --corners)
+      command.ring.emplace_back(draws.number(), draws.number());
     try {
       editor.apply(command, projector, solved);
     } catch (const Error&) {

@@ -209,6 +209,15 @@ TEST_P(SurfaceFile, ReadsBackEveryFieldToTheLastDigit) {
   ASSERT_TRUE(roof.mesh);
   EXPECT_LT((roof.mesh->vertices.at(1) - Vec3(0.7, 0.03, 0)).norm(), 1e-15);
   EXPECT_EQ(roof.mesh->uv.at(2), Vec2(0.25, 1));
+  for (const std::size_t i : {7u, 8u}) {
+    const auto& bent = std::get<PixelSurface>(set.surfaces[i].geometry);
+    const auto& loaded_bent = std::get<PixelSurface>(loaded.surfaces.at(i).geometry);
+    EXPECT_EQ(loaded_bent.shape, bent.shape);
+    EXPECT_EQ(loaded_bent.pixels, bent.pixels);
+    EXPECT_EQ(loaded_bent.columns, bent.columns);
+    EXPECT_EQ(loaded_bent.rows, bent.rows);
+    EXPECT_TRUE(loaded_bent.content.empty());
+  }
   const Surface &wall = set.surfaces[0], &loaded_wall = loaded.surfaces[0];
   EXPECT_EQ(loaded_wall.layout.fit, Fit::kCover);
   EXPECT_EQ(loaded_wall.layout.crop_from, wall.layout.crop_from);
@@ -234,7 +243,12 @@ TEST_P(SurfaceFile, ReadsBackSolvedSurfaces) {
   save_solved_surfaces(scratch / GetParam(), set);
   const SolvedSurfaceSet loaded = load_solved_surfaces(scratch / GetParam());
   ASSERT_EQ(loaded.surfaces.size(), set.surfaces.size());
-  for (std::size_t i = 2; i < loaded.surfaces.size(); ++i)
+  for (std::size_t i : {7u, 8u}) {
+    const std::shared_ptr<const Mesh> mesh = std::get<PlacedPixels>(loaded.surfaces.at(i).placement).mesh;
+    ASSERT_TRUE(mesh) << "drawn as triangles again";
+    EXPECT_EQ(mesh->vertices[0].head<2>(), Vec2(31.5, 40));
+  }
+  for (std::size_t i = 2; i < 7; ++i)
     EXPECT_TRUE(std::get<PlacedMesh>(loaded.surfaces[i].placement).mesh) << "drawn as triangles again";
   EXPECT_EQ(std::get<PlacedPlane>(loaded.surfaces[0].placement).plane_from_content,
             std::get<PlacedPlane>(set.surfaces[0].placement).plane_from_content);
@@ -260,6 +274,15 @@ TEST(SurfaceJson, RefusesShapesThatCannotBe) {
           "surfaces[6].metres_per_unit: it is not positive");
   refuses("\"inside\"", "\"insight\"",
           "surfaces[5].seen_from: there is no 'insight' here; did you mean 'inside'?");
+  refuses("\"columns\": 4", "\"columns\": 5",
+          "surfaces[7].points_px: it does not have columns x rows points");
+  refuses("\"columns\": 4", "\"columns\": 1",
+          "surfaces[7].points_px: it has fewer than 2 or more than 16 columns or rows");
+  refuses("\"rows\": 4", "\"rows\": 17",
+          "surfaces[8].points_px: it has fewer than 2 or more than 16 columns or rows");
+  refuses("\"shape\": \"bezier\"", "\"shape\": \"bezir\"",
+          "surfaces[8].shape: there is no 'bezir' here; did you mean 'bezier'?");
+  refuses("\"shape\": \"grid\"", "\"shape\": \"flat\"", "surfaces[7].shape: there is no 'flat'");
   EXPECT_ERROR(f.surfaces("s.json", "leaves.png", "twigs.png"), kIo, "twigs.png");
   EXPECT_ERROR(f.surfaces("s.json", "\"cover\"", "\"covers\""), kInput, "there is no 'covers' here");
   EXPECT_ERROR(f.surfaces("s.json", "[0.125, 0.25, 1, 0.875]", "[0.125, 0.25, 1]"), kInput,

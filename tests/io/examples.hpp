@@ -117,6 +117,18 @@ inline SurfaceSet example_surfaces() {
   roof.metres_per_unit = 0.001;
   add("roof", roof);
   set.surfaces.back().shape.mask_file = "leaves.png";
+  PixelSurface bent;
+  bent.shape = PixelShape::kGrid;
+  bent.columns = 4;
+  bent.rows = 2;
+  bent.pixels = {{31.5, 40}, {200, 1.0 / 3}, {410, 22},  {600, 35},
+                 {28, 300},  {190, 333},     {400, 311}, {622, 290}};
+  set.surfaces.push_back({"hand bent", bent, {}, ""});
+  bent.shape = PixelShape::kBezier;
+  bent.columns = 2;
+  bent.rows = 4;
+  set.surfaces.push_back({"hand curved", bent, {}, "#ff8000"});
+  set.surfaces.back().shape.holes = {{{0.1, 0.2}, {0.4, 0.25}, {0.3, 0.5}}};
   return set;
 }
 
@@ -142,7 +154,9 @@ inline SolvedSurfaceSet example_solved_surfaces() {
   solved.surfaces = {wall, placed};
   for (std::size_t i = 2; i < set.surfaces.size(); ++i)
     solved.surfaces.push_back({set.surfaces[i],
-                               PlacedMesh{nullptr, lopsided_pose(0.3)},
+                               set.surfaces[i].geometry.index() == 1
+                                   ? Placement(PlacedPixels{})
+                                   : Placement(PlacedMesh{nullptr, lopsided_pose(0.3)}),
                                0,
                                {},
                                std::nullopt,

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "io/scratch.hpp"
+#include "kept_page.hpp"
 #include "live_world.hpp"
 #include "loop.hpp"
 #include "procam/core/base/limits.hpp"
@@ -234,11 +235,9 @@ TEST(ControlPage, SlowRequestsHaveTheirTimeAndNotMore) {
 /// A loop on a thread of its own, as project-live runs it, and the page before it.
 class RunningShow {
  public:
-  RunningShow()
-      : projection_(small_rig(), standing()),
-        sink_(projection_.frame_size()),
-        editor_(small_show().surfaces) {
-    projection_.set_show(small_show());
+  explicit RunningShow(Show show = small_show())
+      : projection_(small_rig(), standing()), sink_(projection_.frame_size()), editor_(show.surfaces) {
+    projection_.set_show(std::move(show));
     ControlOptions control;
     control.port = 0;
     page_ = std::make_unique<ControlPage>(control);
@@ -316,10 +315,7 @@ TEST(ControlPage, ACornerDraggedInABrowserMovesTheLight) {
       nlohmann::json::parse(browser.evaluate("status.surfaces[2].points[2]")).get<std::vector<double>>();
   EXPECT_NEAR(now[1], 170 + 40 / scale, 0.1);
   EXPECT_NE(show.sink().last().at(x, y, 2), 0) << "the light has not moved";
-  if (const char* kept = std::getenv("PROCAM_KEEP_PAGES")) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    browser.screenshot(std::filesystem::path(kept) / "control_page.png");
-  }
+  keep_page(browser, "control_page.png");
 
   // A nudge by a tenth of a pixel, undone; then all of the drag, which is one step.
   browser.press("ArrowLeft");
@@ -347,6 +343,46 @@ TEST(ControlPage, ACornerDraggedInABrowserMovesTheLight) {
   EXPECT_EQ(browser.console(), "");
   show.end();
   EXPECT_GT(show.metrics().frames, 50u);
+}
+
+/// Five points, the last in the middle: the outline has the content's four corners, and a drag states the fit.
+TEST(ControlPage, MorePointsThanFourKeepTheOutlineAndStateTheFit) {
+  Show five = small_show();
+  auto& plane = std::get<PlanarSurface>(five.surfaces.surfaces[0].geometry);
+  plane.content.emplace_back(0.5, 0.5);
+  plane.points.emplace_back(0.34, 0.21);
+  RunningShow show(std::move(five));
+  test::Browser browser(1100, 760);
+  ASSERT_TRUE(browser.is_running());
+  browser.open(show.url());
+  ASSERT_TRUE(
+      browser.wait_for("document.querySelectorAll('circle').length === 5 && $('frame').naturalWidth === 320"))
+      << browser.console();
+  const std::string outline = "document.querySelector('polygon.chosen').getAttribute('points')";
+  EXPECT_EQ(browser.evaluate(outline + ".split(' ').length"), "4");
+  const auto from = nlohmann::json::parse(
+      browser.evaluate("(() => { const b = document.querySelectorAll('circle')[4].getBoundingClientRect(); "
+                       "return [b.x + b.width / 2, b.y + b.height / 2]; })()"));
+  const double x = from[0], y = from[1];
+  browser.mouse("mousePressed", x, y);
+  for (int i = 1; i <= 5; ++i) browser.mouse("mouseMoved", x + 10 * i, y + 5 * i);
+  browser.mouse("mouseReleased", x + 50, y + 25);
+  EXPECT_TRUE(
+      browser.wait_for("/^5 points: fitted, up to [1-9][0-9]*[.][0-9] mm off$/.test($('fit').textContent)"))
+      << browser.evaluate("$('fit').textContent");
+  EXPECT_TRUE(browser.wait_for("$('place').textContent.includes('left, point 5')"));
+  // The outline is where the content is: a little off from the points.
+  EXPECT_TRUE(
+      browser.wait_for("drag === null && Math.hypot(status.surfaces[0].outline[2][0] - "
+                       "status.surfaces[0].points[2][0], status.surfaces[0].outline[2][1] - "
+                       "status.surfaces[0].points[2][1]) > 0.5"));
+  EXPECT_EQ(browser.evaluate(outline + " === status.surfaces[0].outline.map(p => p.join(',')).join(' ')"),
+            "true");
+  keep_page(browser, "control_five_points.png");
+  browser.evaluate(
+      "[...document.querySelectorAll('#list button')].find(b => b.textContent.includes('sign')).click()");
+  EXPECT_TRUE(browser.wait_for("$('fit').textContent === ''"));
+  EXPECT_EQ(browser.console(), "");
 }
 
 /// Text that no file can hold is refused, and the show goes on.

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "io/scratch.hpp"
+#include "kept_page.hpp"
 #include "live_world.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/surface_file.hpp"
@@ -88,6 +89,8 @@ TEST(RunWithoutRig, NineContentsHavePlaceSideBySide) {
 /// What a person does at the page, in a real browser: a corner is dragged and saved, and the next show begins with it.
 class PageVisitor : public ShowListener {
  public:
+  using Part = std::function<void(PageVisitor&, test::Browser&)>;
+  explicit PageVisitor(Part part) : part_(std::move(part)) {}
   void on_start(const std::string& sentence) override {
     const std::string begin = "control page: ";
     if (sentence.rfind(begin, 0) == 0)
@@ -102,29 +105,46 @@ class PageVisitor : public ShowListener {
   struct Left {};
   std::string failed;
 
+  void step(test::Browser& browser, const std::string& condition) {
+    if (failed.empty() && !browser.wait_for(condition)) failed = condition + "\n" + browser.console();
+  }
+  /// The middle of a circle, in the page's pixels.
+  static Vec2 circle(test::Browser& browser, int number) {
+    const auto at = nlohmann::json::parse(
+        browser.evaluate("(() => { const b = document.querySelectorAll('circle')[" + std::to_string(number) +
+                         "].getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()"));
+    return {at[0].get<double>(), at[1].get<double>()};
+  }
+  static void drag(test::Browser& browser, int number, double right, double down) {
+    const Vec2 at = circle(browser, number);
+    browser.mouse("mousePressed", at.x(), at.y());
+    for (int i = 1; i <= 5; ++i) browser.mouse("mouseMoved", at.x() + right * i / 5, at.y() + down * i / 5);
+    browser.mouse("mouseReleased", at.x() + right, at.y() + down);
+  }
+  static void click_in_frame(test::Browser& browser, double x, double y) {
+    const auto box = nlohmann::json::parse(browser.evaluate(
+        "(() => { const b = $('marks').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()"));
+    const double at_x = box[0].get<double>() + (x + 0.5) / 320 * box[2].get<double>(),
+                 at_y = box[1].get<double>() + (y + 0.5) / 200 * box[3].get<double>();
+    browser.mouse("mousePressed", at_x, at_y);
+    browser.mouse("mouseReleased", at_x, at_y);
+  }
+
  private:
   void visit(const std::string& url) {
     test::Browser browser(1100, 760);
     browser.open(url);
-    const auto step = [&](const std::string& condition) {
-      if (failed.empty() && !browser.wait_for(condition)) failed = condition + "\n" + browser.console();
-    };
-    step("document.querySelectorAll('circle').length === 4 && $('frame').naturalWidth === 320");
-    step("[...document.querySelectorAll('.moving')].every(item => item.hidden)");
+    step(browser, "document.querySelectorAll('circle').length === 4 && $('frame').naturalWidth === 320");
+    step(browser, "[...document.querySelectorAll('.moving')].every(item => item.hidden)");
+    if (failed.empty()) part_(*this, browser);
     if (failed.empty()) {
-      const auto at = nlohmann::json::parse(browser.evaluate(
-          "(() => { const b = document.querySelectorAll('circle')[0].getBoundingClientRect(); "
-          "return [b.x + b.width / 2, b.y + b.height / 2]; })()"));
-      const double x = at[0], y = at[1];
-      browser.mouse("mousePressed", x, y);
-      for (int i = 1; i <= 5; ++i) browser.mouse("mouseMoved", x + 12 * i, y + 9 * i);
-      browser.mouse("mouseReleased", x + 60, y + 45);
-      step("status.unsaved");
+      step(browser, "status.unsaved");
       browser.evaluate("$('save').click()");
-      step("!status.unsaved");
+      step(browser, "!status.unsaved");
     }
     left_ = true;
   }
+  const Part part_;
   std::atomic<bool> left_{false};
   std::thread person_;
 };
@@ -136,7 +156,7 @@ TEST(RunWithoutRig, ACornerDraggedAtThePageIsKept) {
   options.control = "0";
   options.duration_s = 120;
   {
-    PageVisitor visitor;
+    PageVisitor visitor([](PageVisitor&, test::Browser& browser) { PageVisitor::drag(browser, 0, 60, 45); });
     EXPECT_THROW(run(options, &visitor), PageVisitor::Left);
     EXPECT_EQ(visitor.failed, "");
   }
@@ -150,6 +170,55 @@ TEST(RunWithoutRig, ACornerDraggedAtThePageIsKept) {
   const ImageU8 frame = first_frame(folder);
   EXPECT_EQ(color(frame, 36, 24), (std::array<int, 3>{0, 0, 0}));
   EXPECT_EQ(color(frame, 200, 150), (std::array<int, 3>{255, 255, 255}));
+}
+
+/// A grid whose middle is dragged, and a part that stays dark, without rig and camera.
+TEST(RunWithoutRig, ASurfaceIsBentAndMaskedAtThePage) {
+  test::Scratch folder;
+  ShowOptions options = without_rig(folder);
+  options.output = "none";
+  options.control = "0";
+  options.duration_s = 120;
+  {
+    PageVisitor visitor([](PageVisitor& person, test::Browser& browser) {
+      browser.evaluate("$('shape').value = 'grid 3x3'; $('shape').onchange()");
+      person.step(
+          browser,
+          "status.surfaces[0].shape === 'grid 3x3' && document.querySelectorAll('circle').length === 9");
+      person.step(browser, "document.querySelectorAll('polyline.net').length === 6");
+      if (!person.failed.empty()) return;
+      PageVisitor::drag(browser, 1, 15, 60);  // the upper edge's middle
+      person.step(browser, "drag === null && $('place').textContent.includes('point 2')");
+      browser.evaluate("$('mask').click()");
+      for (const auto& [x, y] : {std::pair(200, 110), {240, 115}, {230, 160}, {195, 150}, {200, 110}})
+        PageVisitor::click_in_frame(browser, x, y);
+      person.step(browser,
+                  "status.surfaces[0].masks.length === 1 && masking === null && !$('unmask').hidden");
+      person.step(browser, "document.querySelectorAll('polygon.mask').length === 1");
+      keep_page(browser, "control_grid_and_mask.png");
+      // One that is not finished leaves nothing.
+      browser.evaluate("$('mask').click()");
+      PageVisitor::click_in_frame(browser, 100, 100);
+      person.step(browser, "masking !== null && masking.length === 1");
+      browser.press("Escape");
+      person.step(browser, "masking === null && document.querySelectorAll('circle').length === 9");
+      if (person.failed.empty()) person.failed = browser.console();
+    });
+    EXPECT_THROW(run(options, &visitor), PageVisitor::Left);
+    EXPECT_EQ(visitor.failed, "");
+  }
+  const SurfaceSet saved = io::load_surfaces(options.surfaces);
+  const auto& bent = std::get<PixelSurface>(saved.surfaces.at(0).geometry);
+  EXPECT_EQ(bent.shape, PixelShape::kGrid);
+  EXPECT_GT(bent.pixels.at(1).y(), 35) << "from 20";
+  ASSERT_EQ(saved.surfaces[0].shape.holes.size(), 1u);
+  run(without_rig(folder));
+  const ImageU8 frame = first_frame(folder);
+  const std::array<int, 3> black = {0, 0, 0}, white = {255, 255, 255};
+  EXPECT_EQ(color(frame, 215, 130), black) << "the mask";
+  EXPECT_EQ(color(frame, 160, 24), black) << "above the edge that was dragged";
+  EXPECT_EQ(color(frame, 40, 24), white) << "at the corner";
+  EXPECT_EQ(color(frame, 100, 150), white);
 }
 
 TEST(RunWithoutRig, CornersOfTheFileAreUsed) {

@@ -1,12 +1,14 @@
 /// The whole path in a real browser, from an empty folder to content on a simulated wall whose true error is known.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 #include <memory>
 
 #include "io/scratch.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
+#include "projector_screens.hpp"
 #include "running_studio.hpp"
 
 namespace procam::studio {
@@ -91,11 +93,23 @@ class GuidedPath {
     person.note("coverage_while_capturing",
                 "state.job !== '' && state.capture.camera_coverage > 1 && "
                 "state.capture.projector_coverage > 1");
+    person.note(
+        "outline_by_the_lit_box",
+        "state.capture.views < 3 && !!state.capture.next && state.capture.next.in_frame.length === 4");
+    person.note("outline_by_the_rig",
+                "state.capture.views >= 3 && !!state.capture.next && "
+                "state.capture.next.words.includes('predicted error') && "
+                "state.capture.next.in_frame.length === 4");
     ASSERT_TRUE(person.click("$('capture')"));
+    expect_outline_in_light(person);
+    picture(person, "4_outline");
     ASSERT_TRUE(person.wait("window.corners_and_outline === true", options_.patience_s));
     picture(person, "4_capture");
     finish(person, "state.steps[3].done");
     EXPECT_TRUE(person.wait("window.coverage_while_capturing === true"));
+    EXPECT_EQ(person.browser().evaluate("window.outline_by_the_lit_box === true"), "true");
+    if (options_.views > 3)
+      EXPECT_EQ(person.browser().evaluate("window.outline_by_the_rig === true"), "true");
   }
   void calibrate(test::Person& person) {
     ASSERT_TRUE(person.click("document.querySelector('[data-go=calibrate]')"));
@@ -186,6 +200,23 @@ class GuidedPath {
   }
 
  private:
+  /// Between two poses the projector's frame has the outline's lines and the dimmer light round them, and nothing else.
+  void expect_outline_in_light(test::Person& person) {
+    const fs::path file = project_.string() + ".light.png";
+    const std::string url = json::parse(person.browser().evaluate(
+        "location.origin + '/projector.png?token=' + new URLSearchParams(location.search).get('token')"));
+    for (int i = 0; i < 10 * options_.patience_s; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      if (run_command("curl -s -o " + file.string() + " '" + url + "'") != 0) continue;
+      const ImageU8 frame = io::load_image(file).image;
+      std::array<int, 256> counts{};
+      for (int y = 0; y < frame.height(); ++y)
+        for (int x = 0; x < frame.width(); ++x) ++counts[frame.at(x, y)];
+      const int all = frame.width() * frame.height(), lines = counts[kGuideLine];
+      if (lines > all / 500 && lines < all / 10 && lines + counts[kGuideGround] == all) return;
+    }
+    FAIL() << "no outline in the projector's frame";
+  }
   /// Four corners of a new surface, as shares of the light's box in the camera's image.
   void click_corners(test::Person& person, const std::vector<std::pair<double, double>>& shares) {
     ASSERT_TRUE(person.click("$('click')"));

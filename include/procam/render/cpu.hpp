@@ -13,7 +13,7 @@
 ///   t],
 ///
 /// with q_3 > 0 exactly where the ray meets the surface in front of the projector: what lies behind or beyond
-/// the horizon is not drawn. For pixel surfaces d = (x, y, 1) and q = pixel_from_content^-1 d. Skew and lens
+/// the horizon is not drawn. For flat pixel surfaces d = (x, y, 1) and q = pixel_from_content^-1 d. Skew and lens
 /// distortion are followed to 1e-3 px (kLensTolerancePx; exact where the lens has none).
 ///
 /// A pixel shows the mean of the content over the pixel's own footprint (perspective included), which has no

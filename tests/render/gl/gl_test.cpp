@@ -239,6 +239,24 @@ Scene full_room(const Projector& p) {
   return scene;
 }
 
+/// A patch in projector pixels in the place of the sticker, and one on top of all.
+Scene room_with_patches(const Projector& p) {
+  PixelSurface patch;
+  patch.shape = PixelShape::kBezier;
+  patch.columns = patch.rows = 3;
+  patch.pixels = {{120, 30}, {170, 5},   {230, 42},  {100, 70}, {180, 100},
+                  {215, 66}, {128, 120}, {160, 140}, {236, 118}};
+  Scene scene = full_room(p);
+  const auto placed = [&] {
+    return PlacedPixels{Mat3::Identity(), mesh_of(Surface{"patch", patch, {}, ""})};
+  };
+  scene.items[3].placement = placed();
+  patch.shape = PixelShape::kGrid;
+  for (Vec2& pixel : patch.pixels) pixel = Vec2(40, 60) + 0.4 * pixel;
+  scene.items.push_back({placed(), small()});
+  return scene;
+}
+
 /// Soft and hard, and nowhere the same on both sides; in memory wider than its rows.
 ViewU8 mask() {
   static const ImageU8 image = [] {
@@ -302,6 +320,7 @@ void expect_every_kind_the_same(const RenderOptions& options, bool lens) {
         renderer, options, lens, [&](const Projector&) { return scene; }, shape.name);
   }
   expect_same_with(renderer, options, lens, full_room, "room");
+  expect_same_with(renderer, options, lens, room_with_patches, "room_with_patches");
   expect_same_with(renderer, options, lens, masked_plane, "masked_plane");
   expect_same_with(renderer, options, lens, masked_room, "masked_room");
   expect_same_with(renderer, options, lens, masked_slats, "masked_slats");
@@ -358,6 +377,13 @@ TEST(GlRenderer, MakesAnewWhatChanged) {
   EXPECT_EQ(work("mask").first, 1);
   scene.items[0].mask = {};
   EXPECT_EQ(work("unmasked"), std::make_pair(0, 1));
+  // Bent by hand, and the bend undone: the same homography as before is another map than the triangles'.
+  const Placement flat = scene.items[3].placement;
+  scene.items[3].placement = room_with_patches(p).items[3].placement;
+  EXPECT_EQ(work("bent").second, 1);
+  EXPECT_EQ(work("bent_still"), std::make_pair(0, 0));
+  scene.items[3].placement = flat;
+  EXPECT_EQ(work("flat_again").second, 1);
   scene.items.erase(scene.items.begin() + 2);
   work("fewer");
   p.inverse_camera.size = {140, 110};

@@ -7,13 +7,14 @@
 /// plane, content lives on z = 0.
 ///
 /// The geometries are a closed set: one file in core/surface/ and one alternative in the variant each. Planes
-/// and pixel surfaces are drawn by their homography, all others as triangles (mesh_of).
+/// and flat pixel surfaces are drawn by their homography, all others as triangles (mesh_of).
 #include <optional>
 #include <string>
 #include <variant>
 
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/export.hpp"
+#include "procam/core/lens/projector.hpp"
 #include "procam/core/surface/bezier.hpp"
 #include "procam/core/surface/content_layout.hpp"
 #include "procam/core/surface/cylinder.hpp"
@@ -47,8 +48,11 @@ struct SurfaceSet {
 /// How far triangles may be from a curved surface, metres.
 inline constexpr double kTessellationTolerance = 1e-4;
 
-/// The triangles that a surface is drawn as; none for those drawn by homography. Throws Error(kInput) naming
-/// the surface and its fault for a shape that cannot be.
+/// How far triangles may be from a curved surface in projector pixels, pixels.
+inline constexpr double kPixelTolerance = 0.1;
+
+/// The triangles that a surface is drawn as; none for those drawn by homography. Of a curved pixel surface the vertices are
+/// (x, y, 0) in projector pixels. Throws Error(kInput) naming the surface and its fault for a shape that cannot be.
 PROCAM_EXPORT std::shared_ptr<const Mesh> mesh_of(const Surface& surface);
 
 /// Where it stands in the room; nullptr for a pixel surface.
@@ -57,6 +61,14 @@ PROCAM_EXPORT const InRoom* place_of(const SurfaceGeometry& geometry);
 PROCAM_EXPORT InRoom* place_of(SurfaceGeometry& geometry);
 
 using Placement = std::variant<PlacedPlane, PlacedPixels, PlacedMesh>;
+
+/// A curved pixel surface as light: each vertex on the ray of its pixel, in the projector's frame, one metre along the axis. A
+/// vertex whose pixel has no ray is skipped with its triangles. Requires `placed.mesh`.
+PROCAM_EXPORT PlacedMesh mesh_on_rays(const PlacedPixels& placed, const Projector& projector);
+
+/// The pixel that a content position has on a pixel surface (it may lie outside the frame); nullopt on and beyond the horizon,
+/// and outside a curved surface's triangles.
+PROCAM_EXPORT std::optional<Vec2> pixel_at(const PlacedPixels& placed, const Vec2& uv);
 
 /// How a surface looks from the projector.
 struct Visibility {

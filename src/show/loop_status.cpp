@@ -17,6 +17,20 @@ constexpr double kRepeatFault = 10;
 /// Between two checks whether contents or sources have stopped, seconds.
 constexpr double kPartsCheck = 0.5;
 
+/// As the control page lists and draws it; only with an editor can it be changed.
+PageSurface on_page(const SolvedSurface& surface, const Projector& projector, bool is_edited) {
+  PageSurface listed;
+  listed.name = surface.surface.name;
+  listed.content = surface.surface.content;
+  if (!is_edited) return listed;
+  listed.points = points_in_frame(surface, projector);
+  listed.outline = outline_in_frame(surface, projector);
+  listed.masks = masks_in_frame(surface, projector);
+  listed.shape = shape_name(surface.surface.geometry);
+  listed.fit = fit_sentence(surface);
+  return listed;
+}
+
 }  // namespace
 
 void FrameLoop::say(const std::string& message) {
@@ -116,17 +130,8 @@ void FrameLoop::publish(double now) {
     for (std::size_t i = 0; i < parts_.sides->size(); ++i) status.screens.push_back(parts_.sides->at(i).name);
     status.screen = status.screens[paged_];
   }
-  for (const SolvedSurface& surface : paged.solved().surfaces) {
-    PageSurface& listed = status.surfaces.emplace_back();
-    listed.name = surface.surface.name;
-    listed.content = surface.surface.content;
-    if (parts_.editor == nullptr) continue;
-    listed.points = points_in_frame(surface, paged.projector());
-    listed.outline = outline_in_frame(surface, paged.projector());
-    listed.masks = masks_in_frame(surface, paged.projector());
-    listed.shape = shape_name(surface.surface.geometry);
-    listed.fit = fit_sentence(surface);
-  }
+  for (const SolvedSurface& surface : paged.solved().surfaces)
+    status.surfaces.push_back(on_page(surface, paged.projector(), parts_.editor != nullptr));
   status.contents = parts_.contents;
   status.picture = parts_.projection.picture();
   status.frozen = frozen_;

@@ -53,6 +53,7 @@ class Validator {
 
   std::string check(const json& rule, const json& value, const std::string& at,
                     std::set<std::string>* met) const {
+    if (rule.is_boolean()) return rule.get<bool>() ? "" : at + ": is not allowed";
     if (rule.contains("$ref"))
       return check(schema_.at(json::json_pointer(rule["$ref"].get<std::string>().substr(1))), value, at, met);
     if (rule.contains("oneOf")) {

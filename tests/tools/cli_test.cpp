@@ -12,6 +12,7 @@
 #include "common/examples.hpp"
 #include "common/help.hpp"
 #include "common/renamed_options.hpp"
+#include "support/json_schema.hpp"
 
 namespace procam::tools {
 namespace {
@@ -113,6 +114,38 @@ TEST(Cli, TheSummaryNamesInputsAndSeed) {
   const ToolRun other = run_with({"--json", "--seed", "12"}, nothing, declare);
   EXPECT_EQ(nlohmann::json::parse(other.out)["seed"], "12");
   EXPECT_FALSE(nlohmann::json::parse(other.out).contains("inputs"));
+}
+
+TEST(Cli, SummariesAgreeWithTheirSchema) {
+  const nlohmann::json schema = test::schema_of("summary");
+  test::Validator validator(schema);
+  const auto declare = [](CLI::App& app) {
+    static std::string rig;
+    static int seed = 4;
+    app.add_option("--rig", rig, "the rig");
+    app.add_option("--seed", seed, "of noise")->capture_default_str();
+  };
+  const auto disagreement = [&](const std::vector<const char*>& arguments,
+                                const std::function<ExitCode(Console&)>& body) {
+    const ToolRun run = run_with(arguments, body, declare);
+    return validator.disagreement(nlohmann::json::parse(run.out));
+  };
+  const auto report = [](Console& console) {
+    Diagnostics diagnostics;
+    diagnostics.note("a", "as expected");
+    diagnostics.warn("b", "look again");
+    diagnostics.fail("c", "wrong");
+    console.report(diagnostics);
+    console.summary().set("/wall/rms_mm", 0.3);
+    return exit_code(diagnostics);
+  };
+  const auto fail = [](Console&) -> ExitCode {
+    throw Error(ErrorKind::kDegenerate, "views", "they are alike", "tilt the board");
+  };
+  EXPECT_EQ(disagreement({"--json", "--rig", "rig.json"}, report), "");
+  EXPECT_EQ(disagreement({"--json"}, fail), "");
+  EXPECT_EQ(disagreement({"--json", "--seed", "x"}, nothing), "");
+  EXPECT_TRUE(validator.never_met().empty()) << *validator.never_met().begin();
 }
 
 TEST(Cli, WrapsAtTheWidthAndKeepsLines) {

@@ -1,4 +1,4 @@
-/// How well light stays on known walls while a localiser's pose is wrong: docs/watch.md. It takes minutes.
+/// How well light stays on known walls while a localiser's pose is wrong: docs/watch-measured.md. It takes minutes.
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-/// How well light stays on a cart that moves on its own: docs/tracked-surfaces.md. A program of its own, since it takes minutes.
+/// How well light stays on a cart that moves on its own: docs/tracked-surfaces-measured.md. A program of its own, since it takes minutes.
 #include <gtest/gtest.h>
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-/// The figures of docs/watch.md: long runs over contents and seeds. Every run prints a line.
+/// The figures of docs/watch-measured.md: long runs over contents and seeds. Every run prints a line.
 ///   PROCAM_WATCH_SEEDS=5 test_watch --gtest_filter='WatchFigures.*'
 #include <gtest/gtest.h>
 

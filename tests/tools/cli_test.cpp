@@ -110,6 +110,7 @@ TEST(Cli, TheSummaryNamesInputsAndSeed) {
   const ToolRun run = run_with({"--json", "--rig", "a/rig.json", "-o", "out.json"}, nothing, declare);
   const auto json = nlohmann::json::parse(run.out);
   EXPECT_EQ(json["inputs"], nlohmann::json::array({"a/rig.json"}));
+  EXPECT_EQ(json["outputs"], nlohmann::json::array({"out.json"}));
   EXPECT_EQ(json["seed"], "4");
   const ToolRun other = run_with({"--json", "--seed", "12"}, nothing, declare);
   EXPECT_EQ(nlohmann::json::parse(other.out)["seed"], "12");
@@ -120,9 +121,10 @@ TEST(Cli, SummariesAgreeWithTheirSchema) {
   const nlohmann::json schema = test::schema_of("summary");
   test::Validator validator(schema);
   const auto declare = [](CLI::App& app) {
-    static std::string rig;
+    static std::string rig, output;
     static int seed = 4;
     app.add_option("--rig", rig, "the rig");
+    app.add_option("-o,--output", output, "the result");
     app.add_option("--seed", seed, "of noise")->capture_default_str();
   };
   const auto disagreement = [&](const std::vector<const char*>& arguments,
@@ -142,7 +144,7 @@ TEST(Cli, SummariesAgreeWithTheirSchema) {
   const auto fail = [](Console&) -> ExitCode {
     throw Error(ErrorKind::kDegenerate, "views", "they are alike", "tilt the board");
   };
-  EXPECT_EQ(disagreement({"--json", "--rig", "rig.json"}, report), "");
+  EXPECT_EQ(disagreement({"--json", "--rig", "rig.json", "-o", "out.json"}, report), "");
   EXPECT_EQ(disagreement({"--json"}, fail), "");
   EXPECT_EQ(disagreement({"--json", "--seed", "x"}, nothing), "");
   EXPECT_TRUE(validator.never_met().empty()) << *validator.never_met().begin();

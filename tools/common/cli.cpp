@@ -361,11 +361,13 @@ int run_tool(int argc, const char* const* argv, const ToolInfo& info,
 
     console.summary().set("/tool", info.name);
     console.summary().set("/version", PROCAM_VERSION);
-    if (const std::vector<std::string> files = named_inputs(app); !files.empty())
+    if (const auto files = named_files(app, NamedFiles::kInputs); !files.empty())
       console.summary().set("/inputs", files);
     if (const CLI::Option* seed = app.get_option_no_throw("--seed"))
       console.summary().set("/seed", seed->count() > 0 ? seed->results().back() : seed->get_default_str());
     const ExitCode code = run(console);
+    if (const auto files = named_files(app, NamedFiles::kResults); !files.empty())
+      console.summary().set("/outputs", files);
     console.summary().set("/exit_code", static_cast<int>(code));
     if (json) std::cout << console.summary().to_json() << '\n';
     require_written(std::cout.flush());

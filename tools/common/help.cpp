@@ -257,11 +257,12 @@ void arrange_help(CLI::App& app) {
   app.formatter(std::make_shared<WrappedHelp>());
 }
 
-std::vector<std::string> named_inputs(const CLI::App& app) {
+std::vector<std::string> named_files(const CLI::App& app, NamedFiles which) {
   std::vector<std::string> files;
   for (const CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name();
-    if (option->get_group() == "Results" || (type != "FILE" && type != "FOLDER")) continue;
+    const bool is_result = option->get_group() == "Results";
+    if (is_result != (which == NamedFiles::kResults) || (type != "FILE" && type != "FOLDER")) continue;
     for (const std::string& file : option->results()) files.push_back(file);
   }
   return files;

@@ -23,8 +23,9 @@ void declare_group(CLI::App& app, const std::string& title, const std::function<
 /// lines that begin with two blanks (commands) are not wrapped.
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent, std::size_t used);
 
-/// The files and folders that the command line names as input, in the order of the options.
-std::vector<std::string> named_inputs(const CLI::App& app);
+/// The files and folders that the command line names, as input or as results, in the order of the options.
+enum class NamedFiles { kInputs, kResults };
+std::vector<std::string> named_files(const CLI::App& app, NamedFiles which);
 
 /// The options' long names ("--rig") that may have been meant by one that is not known; empty when none is near.
 std::string nearest_option(const CLI::App& app, const std::string& typed);

@@ -42,6 +42,8 @@ constexpr ValueType kValueTypes[] = {
     {"LENGTH",
      " accept depth-scale deviation distance far farthest focal-length measured marker-size max-move mirror-depth near nearest scale text-height unit wall "},
     {"ANGLE", " bump max-turn pitch roll yaw "},
+    {"ANGLE,...", " angles "},
+    {"LENGTH,...", " distances "},
     {"TIME",
      " blank-on-stale camera-delay clock-offset delay delay-sigma depth-delay duration freeze-on-stale hold interval "
      "jitter latency sensor-delay source-delay time time-offset track-delay track-readout watch-delay watch-pose-time "},

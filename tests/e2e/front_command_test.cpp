@@ -110,6 +110,18 @@ TEST(FrontCommand, SuggestsATool) {
     EXPECT_NE(run.err.find(part), std::string::npos) << part << " is not in " << run.err;
   EXPECT_EQ(run.err.find("make-board"), std::string::npos) << run.err;
   EXPECT_EQ(run_tool("procam", "../../bin/sh").exit_code, 2);
+  EXPECT_NE(run_tool("procam", "studoi").err.find("did you mean studio?"), std::string::npos);
+}
+
+TEST(FrontCommand, SuggestsPatternsBoardsAndDictionaries) {
+  const std::string patterns = "--projector-size 100x60 -o " + std::string("/nowhere/session --pattern ");
+  EXPECT_NE(run_tool("make-patterns", patterns + "grey").err.find("did you mean 'gray'?"), std::string::npos);
+  const ToolRun board = run_tool("make-board", "-o board.pdf --board chesboard:9x6:24mm");
+  EXPECT_EQ(board.exit_code, 2);
+  EXPECT_NE(board.err.find("did you mean 'chessboard'?"), std::string::npos) << board.err;
+  EXPECT_NE(run_tool("make-board", "-o board.pdf --board charuco:5x7:34mm:25mm:5x5_1000x")
+                .err.find("did you mean '5x5_1000'?"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST_F(RoomRoute, FromACornerToARigThatScansIt) {
   const std::string lens = "--lens-sigma 0 --known-camera " + at("room/truth.json"),
                     length = distance(Vec2(520, 420), Vec2(790, 560));
   const ToolRun run = calibrate(lens + " " + length + " --truth " + at("room/truth.json") + " --preview " +
-                                at("room.png") + " --points " + at("walls.ply"));
+                                at("room.png") + " --save-points " + at("walls.ply"));
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const Json summary = Json::parse(run.out);
   EXPECT_GE(summary["truth"]["inside_3_sigma"].get<int>(),

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "html.hpp"
 #include "pictures.hpp"
+#include "procam/core/base/stats.hpp"
 
 namespace procam::report {
 namespace {
@@ -47,14 +49,11 @@ std::vector<ViewBar> bars(const CalibrationResult& result, std::size_t device) {
 }
 
 /// Of the RMS of the views that have points of this device in use.
-double median(const std::vector<ViewBar>& bars) {
+double median_rms(const std::vector<ViewBar>& bars) {
   std::vector<double> values;
   for (const ViewBar& bar : bars)
     if (bar.used && bar.points > bar.rejected && std::isfinite(bar.rms_px)) values.push_back(bar.rms_px);
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median_or(std::move(values), 0.0);
 }
 
 /// Why a view is suspicious, in the words beside its bar; empty when it is not.
@@ -104,7 +103,7 @@ std::string row(const CalibrationResult& result, const ViewBar& bar, double y, d
 
 std::string view_bars(const CalibrationResult& result, int device) {
   std::vector<ViewBar> all = bars(result, std::size_t(device));
-  const double middle = median(all);
+  const double middle = median_rms(all);
   std::size_t suspicious = 0, held_out = 0;
   double largest = 0;
   for (const ViewBar& bar : all) {

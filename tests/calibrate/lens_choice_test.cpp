@@ -248,7 +248,7 @@ TEST(LensChoice, FallsBackWhereATrialCannotBeEvaluated) {
     EXPECT_TRUE(std::isfinite(off_mm(result, world))) << seed;
   }
   for (const char* reason :
-       {"not determined by these views", "not determined once a view is held out", "did not converge"})
+       {"not determined by these views", "not determined without every view", "did not converge"})
     EXPECT_EQ(reasons.count(reason), 1u) << reason;
 }
 

@@ -51,7 +51,7 @@ TEST(BoardSheet, KeepsTheBoardsSizeAndAddsARulerOf100mm) {
   }
   EXPECT_NEAR(right - left, 0.1, 1e-12);
   EXPECT_GT(top, sheet.board_origin.y() + art.sheet.high.y());
-  EXPECT_EQ(sheet.texts.back().text, "chessboard:3x4:20mm");
+  EXPECT_EQ(sheet.texts.back().text, "chessboard:3x4:20mm; glue it to a flat plate, this edge down");
 }
 
 TEST(BoardSheet, TurnsThePaperOrRefusesIt) {
@@ -93,7 +93,7 @@ TEST(BoardSheet, IsAPdfWhoseTableAndPageAreRight) {
   // Shapes in millimetres from the top left; a parenthesis in a text would end it.
   EXPECT_NE(pdf.find("2.8346456693 0 0 -2.8346456693 0 595.27559 cm"), std::string::npos);
   EXPECT_NE(pdf.find(" 20 20 re\n"), std::string::npos);
-  EXPECT_NE(pdf.find("(chessboard:3x4:20mm) Tj"), std::string::npos);
+  EXPECT_NE(pdf.find("(chessboard:3x4:20mm; glue it to a flat plate, this edge down) Tj"), std::string::npos);
 }
 
 TEST(BoardSheet, IsAnSvgInMillimetres) {

@@ -86,7 +86,7 @@ TEST(Text, ReadsDurationsSigmasAndSpeeds) {
 TEST(Text, RefusesBoardsThatNobodyCanPrint) {
   EXPECT_ERROR(parse_board("charuco:5x7:40mm:40mm:5x5_100"), kInput, "not smaller than its squares");
   EXPECT_ERROR(parse_board("charuco:12x12:40mm:30mm:5x5_50"), kInput, "too few markers");
-  EXPECT_ERROR(parse_board("charuco:5x7:40mm:30mm:5x5_99"), kInput, "no dictionary '5x5_99' (known: 4x4_50,");
+  EXPECT_ERROR(parse_board("charuco:5x7:40mm:30mm:5x5_99"), kInput, "no dictionary '5x5_99'");
   EXPECT_ERROR(parse_board("charuco:5x7:40mm:30mm:5x5_50:first"), kInput, "not 'marker-first'");
   EXPECT_ERROR(parse_board("charuco:5x7:40mm:30mm"), kInput, "5 parts");
   EXPECT_ERROR(parse_board("markers:8x8:30mm:8mm:apriltag_25h9"), kInput, "too few markers");

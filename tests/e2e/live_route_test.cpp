@@ -158,7 +158,7 @@ TEST_F(LiveRoute, WhatIsWrongIsSaid) {
   EXPECT_EQ(run_tool("project-live", show_ + "--output tape:x").exit_code, 3);
   EXPECT_EQ(run_tool("project-live", show_ + "--output none --content nobody=#ffffff").exit_code, 3);
   EXPECT_EQ(run_tool("project-live", show_ + "--output none --pose-source pigeon:9").exit_code, 3);
-  EXPECT_EQ(run_tool("project-live", show_ + "--output none --delay auto").exit_code, 3);
+  EXPECT_EQ(run_tool("project-live", show_ + "--output none --delay auto").exit_code, 2);
   const std::string no_page = show_.substr(0, show_.find("--control"));
   EXPECT_EQ(run_tool("project-live", no_page + "--output none --control 99999").exit_code, 3);
   EXPECT_EQ(run_tool("project-live", show_ + "--output none --predict tarot").exit_code, 3);

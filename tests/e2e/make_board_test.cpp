@@ -55,7 +55,7 @@ TEST(MakeBoard, WritesTheBoardThatTheMeasuredRulerImplies) {
   const std::string board = "--board charuco:5x7:30mm:20mm:5x5_100 --save-board " + file;
   ASSERT_EQ(run_tool("make-board", board + " --measured 99.2mm -o " + pdf).exit_code, 0);
   EXPECT_EQ(io::read_board(file), io::read_board("charuco:5x7:29.76mm:19.84mm:5x5_100"));
-  EXPECT_NE(test::slurp(pdf).find("(charuco:5x7:29.76mm:19.84mm:5x5_100)"), std::string::npos);
+  EXPECT_NE(test::slurp(pdf).find("(charuco:5x7:29.76mm:19.84mm:5x5_100; glue"), std::string::npos);
   EXPECT_EQ(run_tool("make-board", board + " --measured 50mm").exit_code, 3);
   EXPECT_EQ(run_tool("make-board", "--board charuco:5x7:30mm:20mm:5x5_100").exit_code, 2);
   const auto large = run_tool("make-board", "--board chessboard:7x9:75mm -o " + pdf);

@@ -35,7 +35,7 @@ constexpr ValueType kValueTypes[] = {
     {"BOARD", " simulate-captures:check-board "},
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
-     " align-maps:map arm base blend-with check depth draws image into intrinsics known-camera markers mount observations output pan-tilt points pose prior "
+     " align-maps:map arm base blend-with check compare depth draws image into intrinsics known-camera markers mount observations output pan-tilt points pose prior "
      "preview record replay report rig save-board save-depth save-draws save-markers save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update video virtual watch-markers watch-save weights "
      "write-moved write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures images project watch-folder "},

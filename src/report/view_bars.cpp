@@ -13,14 +13,17 @@ namespace {
 using calibrate::CalibrationResult;
 
 constexpr double kViewBarsWidth = 470, kViewRow = 20, kBarsLeft = 116, kBarsRight = 316, kBarsTop = 26;
-constexpr double kFarAbove = 2;      // times the median
-constexpr double kCutAt = 5;         // times the median: longer bars are cut
+constexpr double kFarAbove = 2;  // times the median
+constexpr double kOverNoise =
+    1.5;                      // RMS of the whitened residuals: less is explained by the noise of the view
+constexpr double kCutAt = 5;  // times the median: longer bars are cut
 constexpr double kManyPoints = 0.2;  // share of a view's points that were rejected
 constexpr std::size_t kMaxRows = 40;
 
 struct ViewBar {
   std::size_t view = 0;
   double rms_px = 0, holdout_px = std::nan("");
+  double over_noise = std::nan("");  ///< RMS of the whitened residuals, 1: as expected
   int points = 0, rejected = 0;
   bool used = true;
 };
@@ -34,12 +37,17 @@ std::vector<ViewBar> bars(const CalibrationResult& result, std::size_t device) {
     all[v].rms_px = view.rms_px[device];
     if (device < view.holdout_px.size()) all[v].holdout_px = view.holdout_px[device];
   }
+  std::vector<double> squares(all.size());
   for (const calibrate::Residual& r : result.residuals) {
     if (r.device != int(device)) continue;
     ViewBar& bar = all[std::size_t(r.view)];
     ++bar.points;
     bar.rejected += !r.used;
+    if (r.used) squares[bar.view] += r.whitened.squaredNorm();
   }
+  for (ViewBar& bar : all)
+    if (squares[bar.view] > 0)
+      bar.over_noise = std::sqrt(squares[bar.view] / (2.0 * (bar.points - bar.rejected)));
   const auto size = [](const ViewBar& bar) {
     return !bar.used ? HUGE_VAL : std::isfinite(bar.rms_px) ? bar.rms_px : -1.0;
   };
@@ -60,7 +68,10 @@ double median_rms(const std::vector<ViewBar>& bars) {
 std::string suspicion(const ViewBar& bar, double median) {
   if (!bar.used) return "view rejected";
   std::string words;
-  if (median > 0 && bar.rms_px > kFarAbove * median) words = fixed(bar.rms_px / median, 1) + " × median";
+  // A view with more noise of its own (far away, out of focus) is none.
+  const bool is_noise = bar.over_noise < kOverNoise;
+  if (median > 0 && bar.rms_px > kFarAbove * median && !is_noise)
+    words = fixed(bar.rms_px / median, 1) + " × median";
   if (bar.rejected > kManyPoints * bar.points)
     words += (words.empty() ? "" : ", ") + std::to_string(bar.rejected) + " of " +
              std::to_string(bar.points) + " rejected";
@@ -137,7 +148,7 @@ std::string view_bars(const CalibrationResult& result, int device) {
   caption += suspicious > 0
                  ? " Coloured: " + std::to_string(suspicious) + " of " + std::to_string(result.views.size()) +
                        " views that were rejected, have more than " + shortest(kFarAbove) +
-                       " times the median, or lost many points."
+                       " times the median and more than their noise explains, or lost many points."
                  : " No view stands out.";
   if (hidden > 0) caption += " " + std::to_string(hidden) + " views with a smaller RMS are not drawn.";
   return figure(svg(box(Vec2::Zero(), Vec2(kViewBarsWidth, y + 6)), "RMS by view of " + name, content),

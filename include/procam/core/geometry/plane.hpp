@@ -21,7 +21,7 @@ struct Plane {
   /// The plane through a point, metres; the normal may have any length. Throws std::invalid_argument for a normal or a point
   /// that gives no plane.
   static Plane through(const Vec3& point, const Vec3& normal) {
-    require(normal.allFinite() && point.allFinite() && normal.norm() > 0,
+    require(normal.allFinite() && point.allFinite() && normal.stableNorm() > 0,
             "Plane::through: the normal has no direction, or a number is not finite");
     const Vec3 n = normal.stableNormalized();
     return {n, -n.dot(point)};

@@ -35,6 +35,7 @@ std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> parts;
   std::istringstream stream(text);
   for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  if (parts.empty()) parts.emplace_back();  // no value is none that can be read
   return parts;
 }
 
@@ -49,7 +50,12 @@ void declare_experiment(CLI::App& app, Flags& flags) {
           if (!(degrees >= 0 && degrees <= 80))
             throw Error(ErrorKind::kInput, "'" + one + "'", "the angle is not from 0 to 80 degrees",
                         "give angles between the light and the sheet's normal, e.g. 47deg,60deg");
-          layout.sheets.push_back(sheet_at(std::round(1e6 * degrees) / 1e6));
+          const Sheet sheet = sheet_at(std::round(1e6 * degrees) / 1e6);
+          for (const Sheet& other : layout.sheets)
+            if (other.name == sheet.name)
+              throw Error(ErrorKind::kInput, "'" + one + "'", "the angle is given twice",
+                          "give each angle once; --placements repeats a sheet");
+          layout.sheets.push_back(sheet);
         }
       },
       "Angles of incidence, a sheet for each (default: 47deg,60deg)");

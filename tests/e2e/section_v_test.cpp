@@ -120,6 +120,8 @@ TEST(SectionV, RefusesWhatItCannotEvaluate) {
       {"--truth " + kTruth + " --rig " + kTruth + " --noise -1", 2, "--noise"},
       {"--truth " + kTruth + " --rig " + kTruth + " --angles 47deg,95deg", 2, "'95deg'"},
       {"--truth " + kTruth + " --rig " + kTruth + " --distances 1.2", 2, "unit"},
+      {"--truth " + kTruth + " --rig " + kTruth + " --distances ''", 2, "--distances"},
+      {"--truth " + kTruth + " --rig " + kTruth + " --angles 47deg,47deg", 2, "given twice"},
       {"--truth " + kTruth + " --original --angles 47deg", 2, "--angles"},
       {"--truth " + kTruth + " --rig " + kTruth + " --report " + (folder / "no/page.html").string(), 3,
        "page.html"},

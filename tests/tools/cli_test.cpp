@@ -99,20 +99,22 @@ TEST(Cli, OptionsOfOneTopicAreAGroup) {
   EXPECT_NE(output, std::string::npos);
 }
 
+void declare_files_and_seed(CLI::App& app) {
+  static std::string rig, output;
+  static int seed = 4;
+  app.add_option("--rig", rig, "the rig");
+  app.add_option("-o,--output", output, "the result");
+  app.add_option("--seed", seed, "of noise")->capture_default_str();
+}
+
 TEST(Cli, TheSummaryNamesInputsAndSeed) {
-  const auto declare = [](CLI::App& app) {
-    static std::string rig, output;
-    static int seed = 4;
-    app.add_option("--rig", rig, "the rig");
-    app.add_option("-o,--output", output, "the result");
-    app.add_option("--seed", seed, "of noise")->capture_default_str();
-  };
-  const ToolRun run = run_with({"--json", "--rig", "a/rig.json", "-o", "out.json"}, nothing, declare);
+  const ToolRun run =
+      run_with({"--json", "--rig", "a/rig.json", "-o", "out.json"}, nothing, declare_files_and_seed);
   const auto json = nlohmann::json::parse(run.out);
   EXPECT_EQ(json["inputs"], nlohmann::json::array({"a/rig.json"}));
   EXPECT_EQ(json["outputs"], nlohmann::json::array({"out.json"}));
   EXPECT_EQ(json["seed"], "4");
-  const ToolRun other = run_with({"--json", "--seed", "12"}, nothing, declare);
+  const ToolRun other = run_with({"--json", "--seed", "12"}, nothing, declare_files_and_seed);
   EXPECT_EQ(nlohmann::json::parse(other.out)["seed"], "12");
   EXPECT_FALSE(nlohmann::json::parse(other.out).contains("inputs"));
 }
@@ -120,16 +122,9 @@ TEST(Cli, TheSummaryNamesInputsAndSeed) {
 TEST(Cli, SummariesAgreeWithTheirSchema) {
   const nlohmann::json schema = test::schema_of("summary");
   test::Validator validator(schema);
-  const auto declare = [](CLI::App& app) {
-    static std::string rig, output;
-    static int seed = 4;
-    app.add_option("--rig", rig, "the rig");
-    app.add_option("-o,--output", output, "the result");
-    app.add_option("--seed", seed, "of noise")->capture_default_str();
-  };
   const auto disagreement = [&](const std::vector<const char*>& arguments,
                                 const std::function<ExitCode(Console&)>& body) {
-    const ToolRun run = run_with(arguments, body, declare);
+    const ToolRun run = run_with(arguments, body, declare_files_and_seed);
     return validator.disagreement(nlohmann::json::parse(run.out));
   };
   const auto report = [](Console& console) {

@@ -69,3 +69,14 @@ phase() {
     "$((SECONDS - start))"
   return "$status"
 }
+
+# make_bare_system FOLDER: a Debian 12 with nothing but its base in it; needs root.
+make_bare_system() {
+  debootstrap --variant=minbase bookworm "$1" >"$1".log 2>&1 || { tail "$1".log && return 1; }
+  mount --bind /proc "$1"/proc && mount --bind /dev "$1"/dev
+}
+
+remove_bare_system() {
+  umount "$1"/proc "$1"/dev 2>/dev/null || true
+  rm -rf --one-file-system "$1" "$1".log
+}

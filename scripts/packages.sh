@@ -75,9 +75,8 @@ look_by_lintian() {
 try_in_bare_system() {
   local system test depends status=0
   system=$(mktemp -d) || return 1
-  debootstrap --variant=minbase bookworm "$system" >"$out"/debootstrap.log 2>&1 || { tail "$out"/debootstrap.log && return 1; }
-  mount --bind /proc "$system"/proc && mount --bind /dev "$system"/dev || return 1
-  trap 'umount "$system"/proc "$system"/dev; rm -rf --one-file-system "$system"' RETURN
+  trap 'remove_bare_system "$system"' RETURN
+  make_bare_system "$system" || return 1
   local captures=${PROCAM_TEST_DATA:-../shared/data}/graycode
   if [[ -d $captures ]]; then
     cp -r "$captures" "$system"/captures && rm -f "$system"/captures/*.xml || return 1

@@ -102,9 +102,15 @@ class Desk::CaptureDialog : public session::RecorderDialog {
  private:
   bool is_board_ready(int view) {
     if (std::exchange(desk_.take_now_, false)) return note_pose();
-    if (desk_.stage_ && (desk_.stage_->is_moving() || desk_.next_pose_.is_running())) return false;
+    if (desk_.stage_ && (desk_.stage_->is_moving() || desk_.next_pose_.is_running())) {
+      arrived_s_ = device::now_s();
+      return false;
+    }
     const std::optional<SpottedBoard> spotted = desk_.spotter_.newest();
     if (!spotted || spotted->found.observations.empty() || spotted->still_s < kStillFor) return false;
+    // Images that were exposed before the simulated person arrived show the former pose.
+    if (desk_.stage_ && spotted->time_s < arrived_s_ + kStillFor + 2 / std::max(desk_.images_per_s_, 1.0))
+      return false;
     if (desk_.captured_) {
       const auto moved = largest_move(*desk_.captured_, spotted->found);
       if (moved && *moved < kNewPoseShare * spotted->found.image_size.width) {
@@ -133,7 +139,8 @@ class Desk::CaptureDialog : public session::RecorderDialog {
   const bool lights_outline_;
   std::vector<Vec2> outline_;  ///< that is shown
   int guided_ = -1;
-  int others_ = 0;  ///< poses of the list that were tried instead of the advised one
+  int others_ = 0;        ///< poses of the list that were tried instead of the advised one
+  double arrived_s_ = 0;  ///< when the simulated person was last seen to move
 };
 
 void Desk::run_job() {

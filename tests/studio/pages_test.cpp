@@ -103,7 +103,6 @@ TEST(StudioDisplay, ShowsItsNumberAndThenTheTestCardAgain) {
   EXPECT_EQ(script.projector_frame(), test_card);
 }
 
-/// What cannot be done says why on the page, and changes nothing.
 /// No board, no camera, no rig: a corner is moved, and the file has it after kill -9.
 TEST(StudioMapping, CornersByHandNeedNoCalibration) {
   test::Scratch scratch;
@@ -132,6 +131,7 @@ TEST(StudioMapping, CornersByHandNeedNoCalibration) {
   EXPECT_FALSE(fs::exists(project / "rig.json"));
 }
 
+/// What cannot be done says why on the page, and changes nothing.
 TEST(StudioProject, ErrorsHaveThreePartsAndChangeNothing) {
   test::Scratch scratch;
   const test::RunningStudio studio(scratch / "stage", kSmall);

@@ -73,10 +73,10 @@ phase() {
 # make_bare_system FOLDER: a Debian 12 with nothing but its base in it; needs root.
 make_bare_system() {
   debootstrap --variant=minbase bookworm "$1" >"$1".log 2>&1 || { tail "$1".log && return 1; }
-  mount --bind /proc "$1"/proc && mount --bind /dev "$1"/dev
+  chmod 755 "$1" && mount --bind /proc "$1"/proc && mount --bind /dev "$1"/dev && mount --bind /dev/pts "$1"/dev/pts
 }
 
 remove_bare_system() {
-  umount "$1"/proc "$1"/dev 2>/dev/null || true
+  umount "$1"/proc "$1"/dev/pts "$1"/dev 2>/dev/null || true
   rm -rf --one-file-system "$1" "$1".log
 }

@@ -1,7 +1,7 @@
 """The commands in the documents, checked against the tools of the build, and run where that needs no hardware.
 
     commands.py check  SOURCE TOOLS EXAMPLES            every tool and option that a document names exists
-    commands.py run    SOURCE TOOLS EXAMPLES SESSION    the commands of PAGES, each page in its own folder of simulated input;
+    commands.py run    SOURCE TOOLS EXAMPLES SESSION    the commands, each page in its own folder of simulated input;
                                                         exit code 5, a failed quality check of the small session, is accepted;
                                                         a ```text block after commands is part of their output, in its order:
                                                         the same words, and numbers within 30 % or one unit of their last
@@ -10,37 +10,42 @@
 A command stands in a ```sh block, or in a line as `tool --option ...`.
 """
 
+import array
 import pathlib
 import re
 import shlex
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 
-# Pages whose commands are run, with the prepared files that the page makes itself. A command that matches the reasons below
-# is checked for its options alone.
-PAGES = {
-    "README.md": [],
-    "docs/calibrate.md": [],
-    "docs/content.md": [],
-    "docs/error.md": [],
-    "docs/exchange.md": [],
-    "docs/file-formats.md": [],
+# Prepared files that a page makes itself. A command that matches the reasons below is checked for its options alone.
+MADE = {
+    "docs/calibration.md": ["session", "calibrated.json"],
+    "docs/depth.md": ["surfaces.json", "solved.json"],
     "docs/locate.md": ["session", "pose.json"],
-    "docs/mount.md": [],
-    "docs/planning.md": [],
-    "docs/render.md": [],
+    "docs/room.md": ["scan", "surfaces.json"],
+    "docs/scan.md": ["surfaces.json", "solved.json"],
     "docs/surfaces.md": ["solved.json"],
     "docs/verify.md": ["session"],
 }
 OTHER_SAMPLES = {"docs/calibrate.md": "of a session that takes a minute to simulate"}
 NOT_RUN = {
     r"^simulate-captures --seed 7 --level paper --board charuco": "a minute",
-    r"capture-session|--display 1|--list-displays|studio|\bdepth:": "hardware or a person",
-    r"^(detect-surfaces|scan-surfaces|calibrate-room)": "a depth image, or captures of a room: tests/e2e",
+    r"^simulate-captures --seed 3 |--captures fleet": "minutes: tests/e2e/fleet_route_test.cpp, tests/e2e/board_kinds_test.cpp",
+    r"capture-session|--display 1|--list-displays|studio|stage/|--screen|camera:0|\bdepth(-shape)?:": "hardware or a person",
+    r"^(scan-surfaces|calibrate-room) .*(scan_1|left)": "several stations or cameras: tests/e2e/scan_route_test.cpp, tests/e2e/room_route_test.cpp",
+    r"ros2:|log:run": "a graph of several programs: tests/e2e/ros2_route_test.cpp",
+    r"--group|--fleet": "several hosts: tests/e2e/group_route_test.cpp, tests/e2e/robot_fleet_route_test.cpp",
     r"^project-live .*--pose-source|^simulate-robot .*--to udp": "two programs at a time: tests/e2e/live_route_test.cpp",
     r"--captures check": "captures of a person: tests/e2e/verify_route_test.cpp",
+    r"--captures graycode": "real captures: tests/e2e/real_captures_test.cpp",
+    r"--mirror-view": "captures through a mirror: tests/e2e/mirror_route_test.cpp",
+    r"--points (room|wall)": "measured points: tests/e2e/points_route_test.cpp",
+    r"--pattern pattern.json|--decoded maps": "another program's captures: tests/e2e/decoded_route_test.cpp",
+    r"chessboard:9x6:36mm": "photographs: tests/e2e/shown_views_test.cpp",
     r"^calibrate-mount .*--images": "images of a drive: tests/e2e/mount_route_test.cpp reads some",
     r"^align-maps ": "two robots' maps: tests/e2e/align_maps_route_test.cpp",
     r"\$inputs": "several processes: tests/e2e/draw_route_test.cpp",
@@ -178,6 +183,25 @@ def check(source, tools):
     return count > 100 and not bad
 
 
+def save_depth_png(pfm, png):
+    """The depths in metres as whole millimetres of 16 bits."""
+    kind, size, scale, data = pfm.read_bytes().split(b"\n", 3)
+    width, height = map(int, size.split())
+    depths = array.array("f", data)
+    if (float(scale) < 0) != (sys.byteorder == "little"):
+        depths.byteswap()
+    mm = array.array("H", (round(1000 * d) if 0 < d < 65 else 0 for d in depths))
+    if sys.byteorder == "little":
+        mm.byteswap()
+    rows = [b"\0" + mm[y * width:(y + 1) * width].tobytes() for y in reversed(range(height))]  # a PFM begins at the bottom
+
+    def chunk(name, content):
+        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+    png.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)) +
+                    chunk(b"IDAT", zlib.compress(b"".join(rows), 1)) + chunk(b"IEND", b""))
+
+
 def prepare(folder, source, tools, session):
     """The files that the documents' commands name, of one simulated rig."""
     shutil.copytree(session, folder / "session")
@@ -185,8 +209,12 @@ def prepare(folder, source, tools, session):
     shutil.copy(source / "examples/data/surfaces.json", folder / "surfaces.json")
     shutil.copy(source / "examples/data/test_card.png", folder / "picture.png")
     for command in ["solve-surfaces --rig rig.json --surfaces surfaces.json -o solved.json",
-                    "calibrate-projector --captures session --write-observations found.csv -o calibrated.json"]:
+                    "calibrate-projector --captures session --write-observations found.csv -o calibrated.json",
+                    "simulate-captures --seed 7 --level easy --room corner --views 2 -o room"]:
         subprocess.run([tools.programs[command.split()[0]], *command.split()[1:]], cwd=folder, check=True, capture_output=True)
+    shutil.copy(folder / "room/truth.json", folder / "camera.json")
+    save_depth_png(folder / "room/view_00/truth_depth.pfm", folder / "frame.png")
+    shutil.copytree(folder / "room", folder / "scan", ignore=lambda _, names: [n for n in names if n == "view_01"])
     pose = ('{"format": "procam-pose", "version": 1, "target": "projector", "source": "world", '
             '"translation": [0.1, 0.2, 0.3], "rotation_xyzw": [0, 0, 0, 1]}')
     for name in ["pose.json", "projector_from_world.json"]:
@@ -194,17 +222,17 @@ def prepare(folder, source, tools, session):
 
 
 def run(source, tools, session):
-    bad, count = [], 0
+    bad = [f"NOT_RUN names {path}, which does not exist" for why in NOT_RUN.values() for path in re.findall(r"tests/\S+\.cpp", why)
+           if not (source / path).is_file()]
+    count = 0
     with tempfile.TemporaryDirectory() as scratch:
         stage = pathlib.Path(scratch) / "stage"
         stage.mkdir()
         prepare(stage, source, tools, session)
         for name, text in pages(source):
-            if name not in PAGES:
-                continue
             folder = pathlib.Path(scratch) / name.replace("/", "_")
             shutil.copytree(stage, folder)
-            for made in PAGES[name]:
+            for made in MADE.get(name, []):
                 path = folder / made
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
             for commands, sample in samples(text):

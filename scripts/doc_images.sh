@@ -81,6 +81,27 @@ photographs() {
     photographs/view_01/frame_01.png "another position of the sheet"
 }
 
+matching() {
+  simulate-captures --seed 7 --level paper --views 1 -o stripes
+  PYTHONPATH=$tools/../src/python/package "$images/../../scripts/doc_matching.py" stripes "$images/matching.png"
+}
+
+exchange() {
+  simulate-captures --seed 7 --level paper --views 1 -o exchange
+  solve-surfaces --rig exchange/truth.json --surfaces "$data/surfaces.json" -o solved.json
+  export-warp --rig exchange/truth.json --surfaces solved.json --surface wall -o warp.png
+  render-to-image --rig exchange/truth.json --surfaces solved.json --content wall="$data/test_card.png" -o warped.png
+  side_by_side warp.png 1010 300 320 240 contain "$data/test_card.png" "the content" warp.png "ST map of the surface" \
+    warped.png "what the other program draws through it"
+}
+
+drive() {
+  simulate-captures --seed 7 --level paper --pattern chessboard -o drive
+  calibrate-projector --captures drive -o drive.json
+  "$tools/../examples/example_04_drive" drive/truth.json drive.json "$data/test_card.png" drive.avi "$images/drive.png"
+  "$images/../../scripts/doc_gif.py" drive.avi "$images/drive.gif" 1 5.5 4 760
+}
+
 demonstrations() {
   local examples=$tools/../examples
   "$examples/example_07_watch" "$data/test_card.png" .
@@ -102,7 +123,7 @@ front() {
   (cd "$images/../.." && PYTHONPATH=$tools/../src/python/package scripts/doc_room.py "$images/undistorted.png")
 }
 
-for picture in front boards patterns calibration error locate verify photographs demonstrations; do
+for picture in front boards patterns calibration error locate verify photographs matching exchange drive demonstrations; do
   echo "$picture"
   "$picture" >/dev/null
 done

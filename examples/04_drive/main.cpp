@@ -109,7 +109,7 @@ int main(int argc, char** argv) try {
   double worst = 0;
 
   examples::Spectator spectator;
-  spectator.room_from_eye = wall * Pose(so3_exp(Vec3(0.03, -0.25, 0)), Vec3(0.42, -0.06, -1.75));
+  spectator.room_from_eye = wall * Pose(so3_exp(Vec3(0.03, -0.25, 0)), Vec3(0.42, 0.04, -1.75));
   const simulate::Room place = room(wall);
   ImageU8 frame(truth.projector().projector.size(), 3);
   examples::SideBySide video(argv[4], spectator.eye.size, kFramesPerSecond);

@@ -1,6 +1,7 @@
 #pragma once
 /// Every public header of procam::io.
 #include "procam/io/board_file.hpp"
+#include "procam/io/csv_table.hpp"
 #include "procam/io/exchange/calibration_export.hpp"
 #include "procam/io/exchange/calibration_file.hpp"
 #include "procam/io/exchange/camera_settings.hpp"

@@ -33,7 +33,10 @@ void bind_view_image(py::module_& m) {
       .field("view", &ViewImage::view, "View.name")
       .field("camera", &ViewImage::camera, "Device.name")
       .field("image", &ViewImage::image, "grey")
-      .field("scale", &ViewImage::scale, "camera pixels a pixel of it: x_camera = scale (x + 1/2) - 1/2");
+      .field("scale", &ViewImage::scale, "camera pixels a pixel of it: x_camera = scale (x + 1/2) - 1/2")
+      .field(
+          "decoded", &ViewImage::decoded,
+          "(h, w, 2) float32, of its size: projector x and y of the light there; -1: not decoded. Empty: no such pattern");
 }
 
 void bind_noise_model(py::module_& m) {

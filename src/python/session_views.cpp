@@ -106,7 +106,8 @@ void bind_board_view(py::module_& m) {
   board_view.fields_init()
       .field("name", &session::BoardView::name, "the folder's name")
       .field("detections", &session::BoardView::detections, "")
-      .field("light_points", &session::BoardView::light_points, "by device numbers of join()'s `devices`");
+      .field("light_points", &session::BoardView::light_points, "by device numbers of join()'s `devices`")
+      .field("decoded", &session::BoardView::decoded, "as ViewImage.decoded, for pictures of the view");
 
   Record<session::Reading> reading(
       m, "Reading",

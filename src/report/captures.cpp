@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -13,7 +14,7 @@ namespace {
 using calibrate::CalibrationResult;
 
 constexpr std::size_t kMaxCaptures = 12;
-constexpr std::size_t kMaxImageBytes = 25000;
+constexpr std::size_t kMaxImageBytes = 25000, kMaxDecodedBytes = 12000;
 
 std::string base64(const std::string& bytes) {
   constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -28,12 +29,12 @@ std::string base64(const std::string& bytes) {
   return out;
 }
 
-/// As an address that holds the image itself, a JPEG of at most kMaxImageBytes where a lower quality reaches that.
-std::string image_address(const ImageU8& image) {
+/// As an address that holds the image itself, a JPEG of at most max_bytes where a lower quality reaches that.
+std::string image_address(const ImageU8& image, std::size_t max_bytes) {
   std::string bytes;
   for (const int quality : {80, 60, 40, 25}) {
     bytes = io::encode_jpeg(image, quality);
-    if (bytes.size() <= kMaxImageBytes) break;
+    if (bytes.size() <= max_bytes) break;
   }
   return "data:image/jpeg;base64," + base64(bytes);
 }
@@ -152,11 +153,58 @@ std::string capture_figure(const CalibrationResult& result, const Correspondence
   const CaptureMarks marks = capture_marks(result, data, capture, mark_radius(result, capture));
   const std::string content = "<image x=\"-0.5\" y=\"-0.5\" width=\"" + coordinate(shown.x()) +
                               "\" height=\"" + coordinate(shown.y()) +
-                              "\" preserveAspectRatio=\"none\" href=\"" + image_address(image) + "\"/>\n" +
+                              "\" preserveAspectRatio=\"none\" href=\"" +
+                              image_address(image, kMaxImageBytes) + "\"/>\n" +
                               marks.light.path("class=\"light-point\"", "projected points") + marks.found +
                               marks.projections.path("class=\"projection\"", "projections") + marks.rejected;
   return figure(svg(box(corner, size), "Capture of " + camera.name + " in " + view.name, content),
                 capture_caption(result, capture, marks));
+}
+
+/// False colour of a position from 0 (blue) over green to 1 (red), darker in every second of 16 bands.
+std::array<std::uint8_t, 3> code_colour(double share) {
+  constexpr int kBands = 16;
+  const double hue = 4 * (1 - std::clamp(share, 0.0, 1.0));  // of six: 0 red, 2 green, 4 blue
+  const double light = int(share * kBands) % 2 == 0 ? 255 : 175;
+  std::array<std::uint8_t, 3> colour{};
+  for (int c = 0; c < 3; ++c) {
+    const double away = std::abs(hue - 2 * c), nearest = std::min(away, 6 - away);
+    colour[std::size_t(c)] = std::uint8_t(light * std::clamp(2 - nearest, 0.0, 1.0));
+  }
+  return colour;
+}
+
+/// Decoded columns left, rows right.
+ImageU8 decoded_picture(const ImageF& decoded, ImageSize projector) {
+  constexpr std::uint8_t kNotDecoded = 60;
+  const std::array<int, 2> sizes{projector.width, projector.height};
+  ImageU8 picture(2 * decoded.width(), decoded.height(), 3, kNotDecoded);
+  for (int y = 0; y < decoded.height(); ++y)
+    for (int x = 0; x < decoded.width(); ++x)
+      for (int axis = 0; axis < 2; ++axis) {
+        const float code = decoded.at(x, y, axis);
+        if (code < 0) continue;
+        const auto colour = code_colour(double(code) / sizes[std::size_t(axis)]);
+        for (int c = 0; c < 3; ++c) picture.at(x + axis * decoded.width(), y, c) = colour[std::size_t(c)];
+      }
+  return picture;
+}
+
+/// Empty for a pattern without a map of pixels.
+std::string decoded_figure(const CalibrationResult& result, const Capture& capture) {
+  const ImageF& decoded = capture.image->decoded;
+  const auto projector = std::find_if(result.devices.begin(), result.devices.end(), [](const Device& device) {
+    return device.kind == DeviceKind::kProjector;
+  });
+  if (decoded.empty() || decoded.channels() != 2 || projector == result.devices.end()) return "";
+  const ImageU8 picture = decoded_picture(decoded, projector->size);
+  const Vec2 size(picture.width(), picture.height());
+  const std::string& view = result.views[capture.view].name;
+  return figure(svg(box(Vec2(0, 0), size),
+                    "Decoded columns and rows of " + result.devices[capture.device].name + " in " + view,
+                    "<image width=\"" + coordinate(size.x()) + "\" height=\"" + coordinate(size.y()) +
+                        "\" href=\"" + image_address(picture, kMaxDecodedBytes) + "\"/>\n"),
+                element("b", "", escaped(view)) + " · decoded columns, decoded rows");
 }
 
 }  // namespace
@@ -168,13 +216,23 @@ std::string view_captures(const CalibrationResult& result, const Correspondences
   const std::size_t hidden = all.size() - std::min(all.size(), kMaxCaptures);
   all.resize(all.size() - hidden);
   std::string figures;
-  for (const Capture& capture : all) figures += capture_figure(result, data, capture);
+  bool is_decoded = false;
+  for (const Capture& capture : all) {
+    figures += capture_figure(result, data, capture);
+    const std::string codes = decoded_figure(result, capture);
+    is_decoded = is_decoded || !codes.empty();
+    figures += codes;
+  }
   return element("div", "class=\"captures\"", "\n" + figures) + "\n" +
          element(
              "p", "class=\"hint\"",
              "The brightest frame of each view, reduced. Circles: board points that were found; yellow dots: their "
              "projections by the rig; red crosses: rejected points; orange dots: points of the projector's pattern. "
              "Rejected views first, then by RMS relative to the device's." +
+                 std::string(
+                     is_decoded ? " In false colour: the projector's columns and rows that each camera pixel "
+                                  "decoded, from blue (0) to red; grey where nothing was decoded."
+                                : "") +
                  (hidden > 0 ? " " + std::to_string(hidden) + " images of better views are not shown."
                              : "")) +
          "\n";

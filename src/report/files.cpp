@@ -9,6 +9,7 @@
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "procam/io/csv_table.hpp"
 #include "procam/io/files.hpp"
 #include "style.hpp"
 
@@ -185,7 +186,13 @@ void save_files(const std::filesystem::path& folder, const std::vector<TextFile>
   if (error)
     throw Error(ErrorKind::kIo, folder.string(), "the folder cannot be made: " + error.message(),
                 "name a folder that can be written");
-  for (const TextFile& file : files) io::write_file_atomically(folder / file.name, file.text);
+  for (const TextFile& file : files) {
+    const std::filesystem::path path = folder / file.name;
+    io::write_file_atomically(path, file.text);
+    if (path.extension() == ".csv")
+      io::write_file_atomically(std::filesystem::path(path).replace_extension(".npy"),
+                                io::npy_of_csv(file.text));
+  }
 }
 
 std::vector<TextFile> calibration_tables(const calibrate::CalibrationResult& result) {

@@ -1,4 +1,5 @@
 #include "procam/session/patterns.hpp"
+#include "preview.hpp"
 
 #include <algorithm>
 #include <array>
@@ -163,6 +164,12 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
     in_projector = pattern::project_board(in_camera, board, artwork, decoded, edges);
     for (Diagnostic& remark : in_projector.diagnostics.items) name_blur(decoded.diagnostics, remark);
   }
+  const auto projector_pixel = [&](int x, int y) -> std::optional<Vec2> {
+    if (!decoded.decoded(x, y)) return std::nullopt;
+    const Vec2 code(decoded.columns.at(x, y), decoded.rows.at(x, y));
+    return (decoded.step * (code.array() + 0.5) - 0.5 - Eigen::Array2d(how.offset[0], how.offset[1]))
+        .matrix();
+  };
   // Out of focus few pixels read every bit, and the board's points are read all the same.
   const bool board_read = !in_camera.observations.empty() &&
                           2 * in_projector.observations.size() >= in_camera.observations.size();
@@ -170,7 +177,7 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
     if (!is_replaced_by(sequence, remark.code) && !(remark.code == "hardly_decoded" && board_read))
       in_camera.diagnostics.items.push_back(remark);
   add_remarks(sequence, in_camera);
-  return {view_name, {in_camera, in_projector}};
+  return {view_name, {in_camera, in_projector}, {}, decoded_preview(decoded.camera_size(), projector_pixel)};
 }
 
 /// Every pixel's light from Gray code: the edges of stripes, joined along each line of the image.
@@ -252,7 +259,7 @@ session::BoardView read_board_by_map(const std::string& view_name, const std::ve
     if (remark.code != "pair_not_complementary" || sequence.diagnostics.items.empty())
       in_camera.diagnostics.items.push_back(remark);
   add_remarks(sequence, in_camera);
-  return {view_name, {in_camera, in_projector}};
+  return {view_name, {in_camera, in_projector}, {}, decoded_preview(light)};
 }
 
 /// Phase shift, its waves numbered by coarser waves or by Gray code.

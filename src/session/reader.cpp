@@ -59,10 +59,11 @@ struct ReadView {
 
 /// The first stack of a camera in a view gives its image.
 void add_image(const std::string& view, const std::string& camera, const std::vector<ViewU8>& frames,
-               std::vector<ViewImage>& images) {
+               ImageF decoded, std::vector<ViewImage>& images) {
   for (const ViewImage& image : images)
     if (image.camera == camera) return;
   images.push_back(preview(view, camera, frames));
+  images.back().decoded = std::move(decoded);
 }
 
 /// What another program has decoded, in place of frames.
@@ -84,10 +85,11 @@ void read_decoded(const SessionPlan& plan, const std::string& view_name, const i
     turn_left_to_right(view.white);
     turn_left_to_right(view.pixels);
   }
-  add_image(view_name, plan.cameras[std::size_t(reading.camera)], {view.white}, read.images);
   for (const fs::path& file : view.files)
     read.inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   const LightMap light = pattern::light_map(view.pixels, view.white, projector_size);
+  add_image(view_name, plan.cameras[std::size_t(reading.camera)], {view.white}, decoded_preview(light),
+            read.images);
   reading.in_camera = detect::detect_board(view.white, plan.board);
   if (!reading.in_camera.observations.empty())
     reading.in_projector =
@@ -122,8 +124,9 @@ Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::S
   for (const fs::path& file : captures.files)
     read.inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   const std::vector<ViewU8> frames(captures.frames.begin(), captures.frames.end());
-  add_image(view.name, plan.cameras[std::size_t(reading.camera)], frames, read.images);
   BoardView seen = projector->pattern->read(view.name, frames, plan.board);
+  add_image(view.name, plan.cameras[std::size_t(reading.camera)], frames, std::move(seen.decoded),
+            read.images);
   reading.in_camera = std::move(seen.detections[kCameraDevice]);
   reading.in_projector = std::move(seen.detections[kProjectorDevice]);
   reading.light_points = std::move(seen.light_points);
@@ -165,7 +168,7 @@ Reading read_photograph(const SessionPlan& plan, const PhotographedView& view, R
     }
     read.inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   }
-  add_image(view.name, plan.cameras.front(), {images.front()}, read.images);
+  add_image(view.name, plan.cameras.front(), {images.front()}, {}, read.images);
   BoardView seen = read_shown_view(*plan.shown, view, images.front(),
                                    images.size() > 1 ? images.back() : ImageU8(), plan.board);
   reading.in_camera = std::move(seen.detections[kCameraDevice]);

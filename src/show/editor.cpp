@@ -21,12 +21,6 @@ Error refuse(const Command& command, const std::string& why, const std::string& 
                command.verb + (command.surface.empty() ? "" : " '" + command.surface + "'"), why, next);
 }
 
-const SolvedSurface* find(const SolvedSurfaceSet& solved, const std::string& name) {
-  for (const SolvedSurface& surface : solved.surfaces)
-    if (surface.surface.name == name) return &surface;
-  return nullptr;
-}
-
 void require_name(const Command& command, const std::string& name, const SurfaceSet& surfaces) {
   if (name.empty() || name.size() > limits::kSurfaceNameBytes)
     throw refuse(command, "a surface needs a name of at most 64 letters", "give another name");
@@ -68,7 +62,7 @@ Vec2 on_plane(const Command& command, const Vec2& pixel, const Pose& projector_f
 }
 
 const SolvedSurface& solved_of(const Command& command, const SolvedSurfaceSet& solved) {
-  if (const SolvedSurface* found = find(solved, command.surface)) return *found;
+  if (const SolvedSurface* found = find_solved(solved, command.surface)) return *found;
   throw refuse(command, "it is not shown", "name one that is shown");
 }
 
@@ -77,7 +71,7 @@ void move_points(const Command& command, const Projector& projector, const Solve
   if (!command.pixels.allFinite() || command.pixels.cwiseAbs().maxCoeff() > 1e5)
     throw refuse(command, "the place is no number, or far away", "give a pixel of the frame");
   Points2* points = points_of(changed.geometry);
-  const SolvedSurface* placed = find(solved, command.surface);
+  const SolvedSurface* placed = find_solved(solved, command.surface);
   if (points == nullptr || placed == nullptr)
     throw refuse(command, "this kind of surface has no corners to drag", "change its file");
   const int count = int(points->size()), first = command.verb == "nudge" ? -1 : 0;
@@ -248,6 +242,12 @@ bool Editor::redo() {
   after_.pop_back();
   gesture_.clear();
   return unsaved_ = true;
+}
+
+const SolvedSurface* find_solved(const SolvedSurfaceSet& solved, const std::string& name) {
+  for (const SolvedSurface& surface : solved.surfaces)
+    if (surface.surface.name == name) return &surface;
+  return nullptr;
 }
 
 const Points2* edited_points(const SurfaceGeometry& geometry) {

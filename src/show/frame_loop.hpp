@@ -63,6 +63,9 @@ class FrameLoop {
   void take_commands();
   /// Of a person here: in a group the leader executes it.
   void accept(const Command& command);
+  /// A point or a surface that somebody holds on the control page: for a moment the light of the paged screen marks it.
+  void mark(const Command& command);
+  void draw_mark(double now, ImageView<std::uint8_t> frame) const;
   void execute(const Command& command);
   void require_content(const Command& command) const;
   /// A page is not to open any file or device of this machine.
@@ -175,6 +178,12 @@ class FrameLoop {
   std::optional<double> lit_from_;  ///< group time
   std::size_t paged_ = 0;           ///< the screen that the page shows: 0, or one of the sides from 1
   bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;
+  struct Marked {
+    std::string surface;
+    int point = -1;  ///< -1: the outline
+    double until_s = 0;
+  };
+  Marked marked_;
 };
 
 }  // namespace procam::show

@@ -51,7 +51,8 @@ bool are_same(const SharedShow& a, const SharedShow& b) {
 }  // namespace
 
 bool is_shared(const Command& command) {
-  return command.verb != "help" && command.verb != "correction" && command.verb != "screen";
+  return command.verb != "help" && command.verb != "correction" && command.verb != "screen" &&
+         command.verb != "point";
 }
 
 std::vector<Command> shared_commands(const Command& command, const Editor* editor,

@@ -164,6 +164,7 @@ void FrameLoop::draw(double now, double free_since) {
       if (const auto why = light_.check(now, drawn_, parts_.projection, *frame, metrics_)) say(*why);
     });
     if (help_) draw_words(*frame, keys());
+    draw_mark(now, paged_ == 0 ? frame->view() : parts_.sides->drawn(paged_ - 1));
     shown_ = frame;
     held_.reset();
   } else {

@@ -2,7 +2,9 @@
 #include <algorithm>
 
 #include "control_messages.hpp"
+#include "editor_points.hpp"
 #include "frame_loop.hpp"
+#include "overlay.hpp"
 #include "picture_names.hpp"
 
 namespace procam::show {
@@ -68,6 +70,31 @@ void FrameLoop::accept(const Command& command) {
   require_content(command);
   for (const Command& shared : shared_commands(command, parts_.editor, parts_.projection))
     parts_.group->request(shared);
+}
+
+void FrameLoop::mark(const Command& command) {
+  constexpr double kTime = 3;  // seconds
+  if (find_solved(paged_projection().solved(), command.surface) == nullptr)
+    throw Error(ErrorKind::kInput, "surface '" + command.surface + "'", "it is not shown",
+                "name one that is shown");
+  marked_ = {command.surface, command.point, device::now_s() + kTime};
+}
+
+void FrameLoop::draw_mark(double now, ImageView<std::uint8_t> frame) const {
+  const SolvedSurface* surface =
+      now < marked_.until_s ? find_solved(paged_projection().solved(), marked_.surface) : nullptr;
+  if (surface == nullptr) return;
+  const Projector& projector = paged_projection().projector();
+  if (marked_.point >= 0) {
+    const std::vector<std::optional<Vec2>> points = points_in_frame(*surface, projector);
+    if (std::size_t(marked_.point) < points.size() && points[std::size_t(marked_.point)])
+      draw_cross(frame, *points[std::size_t(marked_.point)]);
+    return;
+  }
+  Points2 ring;
+  for (const std::optional<Vec2>& corner : outline_in_frame(*surface, projector))
+    if (corner) ring.push_back(*corner);
+  draw_ring(frame, ring);
 }
 
 void FrameLoop::follow_group() {
@@ -155,6 +182,7 @@ void FrameLoop::execute(const Command& command) {
     throw Error(ErrorKind::kInput, command.verb, "these surfaces cannot be changed here",
                 "change their file");
   require_content(command);
+  if (command.verb == "point") return mark(command);
   if (command.verb == "save") {
     save();
     ++shared_.saves;

@@ -45,6 +45,8 @@ class SideScreens {
   void show();
   /// The frame that was drawn last; not written to while somebody holds it.
   std::shared_ptr<const ImageU8> frame(std::size_t i) const;
+  /// The same between draw() and show(), to draw over.
+  ImageView<std::uint8_t> drawn(std::size_t i) { return frames_[i].shown->view(); }
 
   // The blend with the other screens, and projectors of other processes.
   void begin_blend(const ProjectorNames& set);

@@ -213,7 +213,7 @@ def prepare(folder, source, tools, session):
                     "simulate-captures --seed 7 --level easy --room corner --views 2 -o room"]:
         subprocess.run([tools.programs[command.split()[0]], *command.split()[1:]], cwd=folder, check=True, capture_output=True)
     shutil.copy(folder / "room/truth.json", folder / "camera.json")
-    save_depth_png(folder / "room/view_00/truth_depth.pfm", folder / "frame.png")
+    save_depth_png(folder / "room/view_00/truth_depth.pfm", folder / "depth.png")
     shutil.copytree(folder / "room", folder / "scan", ignore=lambda _, names: [n for n in names if n == "view_01"])
     pose = ('{"format": "procam-pose", "version": 1, "target": "projector", "source": "world", '
             '"translation": [0.1, 0.2, 0.3], "rotation_xyzw": [0, 0, 0, 1]}')

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <random>
 
+#include "procam/io/csv_table.hpp"
 #include "support/expect_error.hpp"
 
 namespace procam::io {
@@ -92,6 +94,27 @@ TEST(Npy, RefusesWhatItCannotMean) {
                          "a"),
                kInput, "beyond 2^53");
   EXPECT_THROW(format_npy({{3}, {1, 2}, {}}), std::invalid_argument);
+}
+
+/// Numbers come back; a column with one empty cell is real, and the cell NaN. A test in Python loads texts as well.
+TEST(Npy, HasTheColumnsOfATable) {
+  const NpyArray table = parse_npy(
+      npy_of_csv("point,x,\"residual, px\"\r\n7,1.5,-2e-3\n-12,,4\n\n9007199254740991,3,0"), "t.npy");
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"point", "x", "residual, px"}));
+  ASSERT_EQ(table.shape, (std::vector<std::size_t>{3, 3}));
+  EXPECT_EQ(table.values[0], 7);
+  EXPECT_EQ(table.values[1], 1.5);
+  EXPECT_EQ(table.values[2], -2e-3);
+  EXPECT_EQ(table.values[3], -12);
+  EXPECT_TRUE(std::isnan(table.values[4]));
+  EXPECT_EQ(table.values[6], 9007199254740991.0);
+  const std::string texts = npy_of_csv("view,note\na,\"say \"\"no\"\"\"\nlonger,\n");
+  EXPECT_NE(texts.find("[('view', '<U6'), ('note', '<U8')]"), std::string::npos) << texts.substr(0, 120);
+  EXPECT_EQ(texts.substr(texts.size() - 4 * 14).substr(0, 8), std::string("\0\0\0\0\0\0\0\0", 8));
+  EXPECT_NE(npy_of_csv("x\n").find("'shape': (0,)"), std::string::npos);
+  EXPECT_ERROR(npy_of_csv(""), kInput, "no header line");
+  EXPECT_ERROR(npy_of_csv("a,b\n1\n"), kInput, "row 1 has 1 cells");
+  EXPECT_ERROR(npy_of_csv("a\n\"1\n"), kInput, "does not end");
 }
 
 TEST(Npy, SurvivesDamage) {

@@ -175,3 +175,23 @@ def test_real_captures_give_the_rig_of_the_tool_byte_for_byte(tools, tmp_path, e
     result.rig.provenance = procam.session.provenance(contents, "calibrate-projector")
     procam.io.save_rig(tmp_path / "python.json", result.rig)
     assert (tmp_path / "python.json").read_bytes() == (tmp_path / "tool.json").read_bytes()
+
+
+def test_tables_are_arrays_of_records(calibrated, tmp_path):
+    tables = procam.report.calibration_tables(calibrated)
+    procam.report.save_files(tmp_path / "data", tables)
+    residuals = numpy.load(tmp_path / "data/residuals.npy")
+    assert residuals.shape == (len(calibrated.residuals),)
+    assert residuals["view"][0] == calibrated.views[calibrated.residuals[0].view].name
+    assert residuals["point"].dtype.kind == "i"
+    assert residuals["residual_x"][3] == pytest.approx(calibrated.residuals[3].residual[0], abs=1e-10)
+    parameters = numpy.load(tmp_path / "data/parameters.npy")
+    fx = calibrated.rig.projector().projector.inverse_camera.intrinsics.fx
+    assert parameters["value"][parameters["name"] == "projector.fx"][0] == pytest.approx(fx, rel=1e-10)
+    covariance = numpy.load(tmp_path / "data/covariance.npy")
+    matrix = numpy.array([[row[name] for name in covariance["name"]] for row in covariance])
+    assert numpy.allclose(matrix, calibrated.rig.covariance.matrix, rtol=1e-9)
+    # Signs beyond ASCII need another version of the format.
+    procam.report.save_files(tmp_path / "data", [procam.report.TextFile(name="w.csv", text="wänd,\"it's\"\nzürich,\u4e2d\n")])
+    assert numpy.load(tmp_path / "data/w.npy").tolist() == [("zürich", "\u4e2d")]
+    assert numpy.load(tmp_path / "data/w.npy").dtype.names == ("wänd", "it's")

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <regex>
@@ -205,6 +206,41 @@ TEST(Captures, HoldTheImageItself) {
   ASSERT_EQ(image.size(), given.size());
   EXPECT_NEAR(image.at(10, 20), given.at(10, 20), 4);
   EXPECT_NEAR(image.at(60, 40), given.at(60, 40), 4);
+}
+
+/// Columns left, from blue over green to red; rows right; grey where nothing was decoded.
+TEST(Captures, ShowDecodedPixelsInFalseColour) {
+  CalibratedSession session = with_images();
+  EXPECT_FALSE(contains(session.page(), "Decoded columns"));
+  ViewImage& image = session.input.images[2];
+  const int width = image.image.width(), height = image.image.height();
+  const ImageSize projector = session.result.devices[1].size;
+  image.decoded = ImageF(width, height, 2, -1);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width / 2; ++x) {
+      image.decoded.at(x, y, 0) = float(projector.width) * (x < width / 4 ? 0.02F : 0.52F);
+      image.decoded.at(x, y, 1) = float(projector.height) * 0.9F;
+    }
+  const std::string page = session.page();
+  EXPECT_TRUE(contains(page, "grey where nothing was decoded"));
+  EXPECT_EQ(page.find("Decoded columns and rows of camera in view_2"), std::string::npos);
+  const std::string figure = figure_of(page, "Decoded columns and rows of camera in view_4");
+  const std::string open = "data:image/jpeg;base64,";
+  const std::size_t begin = figure.find(open) + open.size();
+  const ImageU8 shown = io::read_image(bytes_of_base64(figure.substr(begin, figure.find('"', begin) - begin)),
+                                       "the page's image")
+                            .image;
+  ASSERT_EQ(shown.size(), (ImageSize{2 * width, height}));
+  const auto channels = [&](int x, int y) {
+    return std::array<int, 3>{shown.at(x, y, 0), shown.at(x, y, 1), shown.at(x, y, 2)};
+  };
+  const auto blue = channels(width / 8, height / 2), green = channels(3 * width / 8, height / 2),
+             none = channels(3 * width / 4, height / 2), red = channels(width + width / 4, height / 2);
+  EXPECT_TRUE(blue[2] > 200 && blue[0] < 60 && blue[1] < 80) << blue[0] << " " << blue[1] << " " << blue[2];
+  EXPECT_TRUE(green[1] > 200 && green[0] < 90 && green[2] < 60) << green[0] << " " << green[1];
+  EXPECT_NEAR(none[0], none[1], 6);
+  EXPECT_NEAR(none[0], 60, 10);
+  EXPECT_TRUE(red[0] > 150 && red[1] < 120 && red[2] < 60) << red[0] << " " << red[1] << " " << red[2];
 }
 
 TEST(Captures, AreTwelveAtMostTheRejectedFirst) {

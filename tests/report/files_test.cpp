@@ -111,6 +111,7 @@ TEST(ReportFiles, AreWrittenIntoANewFolderOrNotAtAll) {
   const test::Scratch scratch;
   save_files(scratch / "a/b", {{"one.csv", "x\n"}});
   EXPECT_TRUE(std::filesystem::exists(scratch / "a/b/one.csv"));
+  EXPECT_TRUE(std::filesystem::exists(scratch / "a/b/one.npy"));
   scratch.write("file", "");
   EXPECT_THROW(save_files(scratch / "file/b", {{"one.csv", "x\n"}}), Error);
 }

@@ -128,6 +128,26 @@ void expect_corners(const ReadView& read) {
     EXPECT_LT((corners[i].pixel - read.truth[i].pixel).norm(), 0.3) << i;
 }
 
+/// The picture of decoded pixels agrees with the corners' light to a block of it and a stripe.
+void expect_decoded(const session::BoardView& view) {
+  const ImageF& decoded = view.decoded;
+  ASSERT_EQ(decoded.channels(), 2);
+  const double scale = std::ceil(view.detections[0].image_size.width / 480.0);
+  int near = 0, read = 0;
+  for (const Observation& light : view.detections[1].observations)
+    for (const Observation& corner : view.detections[0].observations) {
+      if (corner.point != light.point) continue;
+      const Vec2 at = (corner.pixel.array() + 0.5) / scale;
+      const int x = int(at.x()), y = int(at.y());
+      if (decoded.at(x, y, 0) < 0) continue;
+      ++read;
+      near +=
+          (Vec2(double(decoded.at(x, y, 0)), double(decoded.at(x, y, 1))) - light.pixel).norm() < 4 * scale;
+    }
+  EXPECT_GT(read, int(view.detections[1].observations.size()) / 2);
+  EXPECT_EQ(near, read);
+}
+
 TEST(GrayPattern, KeepsTheCameraCornersOfAViewWhoseFramesDoNotFitTogether) {
   const auto pattern = make_pattern("gray", kProjector);
   const std::vector<std::pair<const char*, std::function<void(simulate::Conditions&)>>> kinds{
@@ -145,6 +165,7 @@ TEST(GrayPattern, KeepsTheCameraCornersOfAViewWhoseFramesDoNotFitTogether) {
     expect_corners(read);
     const bool sound = std::string(code).empty();
     EXPECT_EQ(read.view.detections[1].observations.empty(), !sound);
+    if (sound) expect_decoded(read.view);
     EXPECT_EQ(remarks.find("projector_rejected") == nullptr, sound);
     EXPECT_TRUE(sound || remarks.find(code) != nullptr);
     EXPECT_EQ(remarks.find("pair_not_complementary"), nullptr);

@@ -30,5 +30,20 @@ TEST(Preview, IsOfTheGreenChannelAndNeverLarger) {
   EXPECT_EQ(image.image.at(30, 16), 70);
 }
 
+/// The middles of blocks of two pixels; what lies outside the frame by less than a stripe is its border.
+TEST(Preview, HasTheDecodedPixelsOfTheMiddles) {
+  const ImageF decoded = decoded_preview({960, 700}, [](int x, int y) -> std::optional<Vec2> {
+    if (x > 800) return std::nullopt;
+    return Vec2(x - 1.5, 2 * y + 0.25);
+  });
+  EXPECT_EQ(decoded.size(), (ImageSize{480, 350}));
+  ASSERT_EQ(decoded.channels(), 2);
+  EXPECT_EQ(decoded.at(10, 30, 0), 19.5F);
+  EXPECT_EQ(decoded.at(10, 30, 1), 122.25F);
+  EXPECT_EQ(decoded.at(0, 0, 0), 0);
+  EXPECT_EQ(decoded.at(400, 30, 0), -1);
+  EXPECT_EQ(decoded.at(400, 30, 1), -1);
+}
+
 }  // namespace
 }  // namespace procam::session

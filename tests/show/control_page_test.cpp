@@ -166,6 +166,9 @@ TEST(ControlPage, HalfOpenRequestsDoNotLockTheOwnerOut) {
   EXPECT_GE(page.faults().evicted, 8u);
   // And none stays for ever.
   strangers.back().wait_for_end();
+  // The server counts it after it has closed the connection.
+  for (int i = 0; i < 100 && page.faults().refused == 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   EXPECT_GE(page.faults().refused, 1u) << "a request that was never complete";
 }
 
@@ -343,6 +346,38 @@ TEST(ControlPage, ACornerDraggedInABrowserMovesTheLight) {
   EXPECT_EQ(browser.console(), "");
   show.end();
   EXPECT_GT(show.metrics().frames, 50u);
+}
+
+/// A cross beside the corner of the sign, in light that was not there, and gone after three seconds.
+TEST(ControlPage, TheLightMarksTheChosenCorner) {
+  RunningShow show;
+  test::Browser browser(1100, 760);
+  ASSERT_TRUE(browser.is_running()) << "chromium must be installed (scripts/common.sh names the package)";
+  browser.open(show.url());
+  ASSERT_TRUE(browser.wait_for("document.querySelectorAll('circle').length === 4"));
+  browser.evaluate(
+      "[...document.querySelectorAll('#list button')].find(b => b.textContent.includes('sign')).click()");
+  const int beside = 139, below = 178;  // of the corner at 131, 170; the frame is 240 pixels high
+  const auto level = [&](int x, int y) { return int(show.sink().last().at(x, y, 1)); };
+  const auto wait = [&](auto&& condition, double seconds) {
+    for (const double end = device::now_s() + seconds; device::now_s() < end;) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return false;
+  };
+  ASSERT_TRUE(wait([&] { return level(beside, 170) == 0 && level(131, below) == 0; }, 5));
+  const std::string box =
+      "(() => { const b = document.querySelectorAll('circle')[2].getBoundingClientRect();"
+      " return [b.x + b.width / 2, b.y + b.height / 2]; })()";
+  const auto at = nlohmann::json::parse(browser.evaluate(box)).get<std::vector<double>>();
+  browser.mouse("mousePressed", at[0], at[1]);
+  browser.mouse("mouseReleased", at[0], at[1]);
+  EXPECT_TRUE(wait([&] { return level(beside, 170) > 200 && level(131, below) > 200; }, 3));
+  EXPECT_TRUE(wait([&] { return level(beside, 170) == 0 && level(131, below) == 0; }, 10));
+  EXPECT_EQ(browser.evaluate("status.unsaved"), "false");
+  browser.evaluate("send({do: 'point', surface: 'none of these'})");
+  EXPECT_TRUE(browser.wait_for("status.messages.some(m => m.includes('none of these'))"));
 }
 
 /// Five points, the last in the middle: the outline has the content's four corners, and a drag states the fit.

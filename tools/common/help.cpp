@@ -22,6 +22,44 @@ struct ValueType {
   const char* options;  ///< their names without "--", with blanks around; "tool:option" where tools differ
 };
 
+struct OptionGroup {
+  const char *tool, *title;
+  const char* options;  ///< as of ValueType
+};
+
+/// Of tools with many options that do not declare their groups (declare_group()).
+constexpr OptionGroup kGroups[] = {
+    {"project-live", "Rig and surfaces", " rig "},
+    {"project-live", "Display and timing", " list-displays identify "},
+    {"project-live", "Running", " replay save-show "},
+    {"simulate-robot", "Drive", " path speed duration seed "},
+    {"simulate-robot", "Messages", " to binary frame child covariance twist gyro no-stamp "},
+    {"simulate-robot", "Localiser and network",
+     " rate noise delay jitter loss reorder duplicate garbage clock-offset clock-drift "},
+    {"simulate-robot", "Truth", " truth sightings "},
+    {"render-to-image", "Input", " rig surfaces content fit crop "},
+    {"render-to-image", "Several frames", " time duration fps "},
+    {"render-to-image", "Virtual objects", " viewer virtual "},
+    {"render-to-image", "Light", " blend-with brightness black compensate one-level reflectance gamma "},
+    {"render-to-image", "Drawing", " threads renderer average-numbers "},
+    {"predict-error", "Input", " rig surfaces pose projector "},
+    {"predict-error", "Errors of pose and map", " pose-sigma map-sigma whole-pixels "},
+    {"predict-error", "Motion", " speed speed-sigma forward up delay delay-sigma with-prediction "},
+    {"predict-error", "Monte Carlo", " monte-carlo seed shard draws "},
+    {"calibrate-mount", "Input", " base arm pan-tilt child rig-frame "},
+    {"calibrate-mount", "Markers seen by the rig",
+     " sightings images rig camera-name dictionary marker-size noise markers "},
+    {"calibrate-mount", "Known values", " stations height prior prior-sigma motion time-offset same-clock "},
+    {"scan-surfaces", "Input", " captures rig view pattern projector-size step "},
+    {"scan-surfaces", "Surface", " deviation nearest farthest viewer "},
+    {"scan-surfaces", "Several stations", " station-pose pose-sigma keep-poses max-move max-turn "},
+    {"scan-surfaces", "Checks", " truth "},
+    {"calibrate-room", "Input", " captures pattern projector-size step "},
+    {"calibrate-room", "Lenses", " known-camera lens-sigma throw-ratio lens-shift "},
+    {"calibrate-room", "Scale", " distance marker board "},
+    {"calibrate-room", "Calibration", " points-per-view truth "},
+};
+
 // A flag that another tool has with another type stands first, with that tool's name.
 constexpr ValueType kValueTypes[] = {
     {"FOLDER",
@@ -248,6 +286,8 @@ void declare_group(CLI::App& app, const std::string& title, const std::function<
 void arrange_help(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) {
     const std::string name = name_of(*option);
+    for (const OptionGroup& group : kGroups)
+      if (app.get_name() == group.tool && is_listed(group.options, name)) option->group(group.title);
     if (name == "help" || name == "version")
       option->group("General");
     else if (is_listed(kResults, name))

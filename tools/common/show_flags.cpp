@@ -353,12 +353,14 @@ void declare_drawing(CLI::App& app, show::ShowOptions& o) {
 }  // namespace
 
 void declare_show(CLI::App& app, show::ShowOptions& options) {
-  // The first one: options take effect in the order in which they are declared.
-  app.add_option_function<std::string>(
-      "--show", [&](const std::string& file) { options = show::load_options(file); },
-      "show.json with the options below (docs/live.md); options on the command line override it");
-  app.add_option("--projector", options.projector, "Name of the device, for a rig with several");
-  declare_surfaces(app, options);
+  declare_group(app, "Rig and surfaces", [&] {
+    // The first one: options take effect in the order in which they are declared.
+    app.add_option_function<std::string>(
+        "--show", [&](const std::string& file) { options = show::load_options(file); },
+        "show.json with the options below (docs/live.md); options on the command line override it");
+    app.add_option("--projector", options.projector, "Name of the device, for a rig with several");
+    declare_surfaces(app, options);
+  });
   declare_group(app, "Display and timing", [&] { declare_display(app, options); });
   declare_group(app, "Running", [&] { declare_running(app, options); });
   declare_group(app, "Poses of a moving rig", [&] { declare_poses(app, options); });

@@ -35,7 +35,7 @@ PROCAM_EXPORT std::vector<TextFile> calibration_tables(const calibrate::Calibrat
 PROCAM_EXPORT void require_folder(const std::filesystem::path& folder);
 
 /// Writes the files into the folder, which is made, with its parents, where it does not exist. Each appears complete or not at all.
-/// Throws Error(kIo).
+/// A .csv table is also written as .npy (io::npy_of_csv()). Throws Error(kIo), and Error(kInput) for a .csv that is no table.
 PROCAM_EXPORT void save_files(const std::filesystem::path& folder, const std::vector<TextFile>& files);
 
 }  // namespace procam::report

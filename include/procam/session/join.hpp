@@ -13,6 +13,7 @@ struct BoardView {
   std::string name;  ///< the folder's name
   std::vector<Detections> detections;
   std::vector<LightPoint> light_points = {};  ///< by device numbers of join()'s `devices`
+  ImageF decoded = {};                        ///< as ViewImage::decoded, for pictures of the view
 };
 
 /// What one camera read off one projector's patterns while the board stood in one place.

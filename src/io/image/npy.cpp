@@ -1,5 +1,6 @@
 #include "image/npy.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -241,6 +242,20 @@ NpyArray load_npy(const std::filesystem::path& path) {
   return parse_npy(read_file(path), path.string());
 }
 
+std::string npy_head(const std::string& type, const std::string& shape) {
+  std::string header = "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + shape + "), }";
+  const bool is_ascii = std::all_of(header.begin(), header.end(), [](char c) { return (c & 0x80) == 0; });
+  const bool is_short = header.size() < 65000 && is_ascii;
+  const std::size_t before = kMagic.size() + 2 + (is_short ? 2 : 4);
+  // NumPy pads with blanks so that the numbers begin at a multiple of 64 bytes.
+  header.append(63 - (before + header.size()) % 64, ' ');
+  header += '\n';
+  std::string bytes(kMagic);
+  bytes += {is_short ? '\x01' : '\x03', '\x00'};
+  for (int byte = 0; byte < (is_short ? 2 : 4); ++byte) bytes += char(header.size() >> (8 * byte) & 0xff);
+  return bytes + header;
+}
+
 std::string format_npy(const NpyArray& array) {
   static_assert(std::numeric_limits<double>::is_iec559);
   std::size_t count = 1;
@@ -258,14 +273,7 @@ std::string format_npy(const NpyArray& array) {
     type += "]";
     shape = std::to_string(array.shape[0]) + ",";
   }
-  std::string header = "{'descr': " + type + ", 'fortran_order': False, 'shape': (" + shape + "), }";
-  // NumPy pads with blanks so that the numbers begin at a multiple of 64 bytes.
-  header.append(63 - (kMagic.size() + 4 + header.size()) % 64, ' ');
-  header += '\n';
-  require(header.size() <= 65535, "format_npy: too many columns");
-  std::string bytes(kMagic);
-  bytes += {'\x01', '\x00', char(header.size() & 0xff), char(header.size() >> 8)};
-  bytes += header;
+  std::string bytes = npy_head(type, shape);
   const std::size_t begin = bytes.size();
   bytes.resize(begin + sizeof(double) * count);
   if (count > 0) std::memcpy(&bytes[begin], array.values.data(), sizeof(double) * count);

@@ -24,6 +24,10 @@ NpyArray load_npy(const std::filesystem::path& path);
 /// The same from the file's bytes; `name` stands in messages.
 NpyArray parse_npy(std::string_view bytes, const std::string& name);
 
+/// What stands before the numbers: `type` and `shape` as Python writes them. Version 1.0, or 3.0 where a name is not ASCII or the
+/// header is long.
+std::string npy_head(const std::string& type, const std::string& shape);
+
 /// The bytes of a .npy file. Throws std::invalid_argument when the shape does not fit the values.
 std::string format_npy(const NpyArray& array);
 

@@ -12,6 +12,8 @@ struct ViewImage {
   std::string camera;  ///< Device::name
   ImageU8 image;       ///< grey
   int scale = 1;       ///< camera pixels a pixel of it: x_camera = scale (x + 1/2) - 1/2
+  ImageF decoded =
+      {};  ///< of its size, two channels: projector x and y of the light there; -1: not decoded. Empty: no such pattern
 };
 
 }  // namespace procam

@@ -15,6 +15,15 @@ purpose() {
   "$1" --help | tr '\n' ' ' | sed -E 's/^[a-z-]+: *//; s/[.;:] .*//; s/  +/ /g; s/\.$//; s/^./\L&/'
 }
 
+# The examples line by line: a filled paragraph would join a comment and the command below it.
+keep_lines_of_examples() {
+  awk '
+    /^\.S[HS]/ && inside { print ".fi"; inside = 0 }
+    { print }
+    /^\.SS "Try:"/ { inside = 1; print ".nf" }
+  ' "$1" >"$1".kept && mv "$1".kept "$1"
+}
+
 for tool in "$bin"/*; do
   [[ -f $tool && -x $tool ]] || continue
   name=${tool##*/}
@@ -24,4 +33,5 @@ for tool in "$bin"/*; do
     title=$(purpose "$tool")
   fi
   help2man --no-info --name="$title" --output="$man/$name.1" "$tool"
+  keep_lines_of_examples "$man/$name.1"
 done

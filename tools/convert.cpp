@@ -15,21 +15,24 @@ struct Flags {
   std::string input, device, output;
   std::optional<io::CalibrationFormat> format;  ///< nullopt: procam's own
   io::CalibrationContext context;
+  std::string mount;
 };
 
 void declare(CLI::App& app, Flags& flags) {
   app.add_option("INPUT", flags.input,
-                 "rig.json, or a calibration of OpenCV, ROS, Kalibr, mrcal, COLMAP, or K and D")
+                 "rig.json, or a calibration of OpenCV, ROS, Kalibr, mrcal, COLMAP, glTF, SDF, or K and D")
       ->required();
   add_parsed(
       app, "--format",
       [&](const std::string& text) {
         if (text != "procam") flags.format = io::parse_calibration_format(text);
       },
-      "opencv, opencv-stereo, ros, kalibr, mrcal, colmap, urdf, sdf, gltf, or procam (rig.json)")
+      "What to write; procam is rig.json")
       ->required();
   app.add_option("--device", flags.device,
-                 "Camera or projector, for formats of one device: opencv, ros, mrcal");
+                 "Camera or projector to write; needed for opencv, ros and mrcal if INPUT has several");
+  app.add_option("--mount", flags.mount,
+                 "mount.json of calibrate-mount, for urdf and sdf: the rig on its robot");
   add_parsed(
       app, "--camera-size",
       [&](const std::string& text) { flags.context.camera_size = io::parse_size(text); },
@@ -54,11 +57,16 @@ ExitCode convert(const Flags& flags, Console& console) {
   const Rig rig = io::load_calibration(flags.input, flags.context);
   if (!flags.format && flags.output.empty())
     throw Error(ErrorKind::kInput, "--format procam", "a rig is written to a file", "give -o rig.json");
+  if (!flags.format && !(flags.device.empty() && flags.mount.empty()))
+    throw Error(ErrorKind::kInput, flags.device.empty() ? "--mount" : "--device",
+                "rig.json holds all devices and no mount", "leave it out");
   Diagnostics diagnostics;
   if (!flags.format) {
     io::save_rig(flags.output, rig);
   } else {
-    const io::ForeignCalibration converted = io::export_calibration(*flags.format, rig, flags.device);
+    const io::ForeignCalibration converted = io::export_calibration(
+        *flags.format, rig, flags.device,
+        flags.mount.empty() ? std::nullopt : std::optional(io::load_mount(flags.mount)));
     diagnostics = converted.diagnostics;
     if (flags.output.empty())
       console.say(converted.text.substr(0, converted.text.size() - 1));

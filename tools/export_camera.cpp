@@ -23,7 +23,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
   add_parsed(
       app, "--for", [&](const std::string& text) { flags.program = io::parse_camera_program(text); },
-      "unity, unreal, godot, blender, splash, sgct or opengl (glFrustum, projection and view matrix)")
+      "The program that draws; opengl: glFrustum, projection and view matrix")
       ->required();
   app.add_option("--projector", flags.projector, "Name of the device, for a rig with several");
   app.add_option(

@@ -19,7 +19,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--seed", options.seed, "Equal seeds make equal sessions")->capture_default_str();
   add_parsed(
       app, "--level", [&](const std::string& text) { options.level = simulate::level_named(text); },
-      "easy | paper | hard (default easy)");
+      "How difficult (default easy)");
   app.add_option("--pattern", options.pattern, "What is projected: " + session::pattern_help())
       ->capture_default_str();
   add_parsed(

@@ -29,7 +29,7 @@ void declare(CLI::App& app, Flags& flags) {
   auto* simulate = app.add_flag("--simulate", flags.simulate,
                                 "A simulated projector, camera, room and person instead of devices");
   app.add_option("--seed", flags.room.seed, "Of the simulated room")->needs(simulate)->capture_default_str();
-  app.add_option("--level", flags.room.level, "Of the simulated room: easy, paper or hard")
+  app.add_option("--level", flags.room.level, "Of the simulated room")
       ->needs(simulate)
       ->capture_default_str();
   add_parsed(

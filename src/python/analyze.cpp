@@ -15,7 +15,8 @@ void bind_light_error(py::module_& m) {
       .value("kByCamera", analyze::SurfaceLocated::kByCamera,
              "by a camera of the rig, from points of known geometry on the surface");
 
-  Record<analyze::LightError> light_error(m, "LightError", "");
+  Record<analyze::LightError> light_error(m, "LightError",
+                                          "The error of the projected light on a wall, millimetres.");
   light_error.fields_init()
       .field("distance", &analyze::LightError::distance, "metres from the lens to the wall")
       .field("mean_mm", &analyze::LightError::mean_mm,
@@ -64,21 +65,22 @@ void bind_light_error(py::module_& m) {
   function(m, "to_string", &analyze::to_string, "\"externally\", \"by camera\"", py::arg("located"));
   function(m, "predicted_light_errors", &analyze::predicted_light_errors,
            "What the rig's covariance means on the wall. Parameters without a covariance (a\n"
-           "camera whose lens was given) are taken as exact. Throws Error(kInput) when the rig\n"
-           "carries no covariance of that projector, std::invalid_argument unless distance > 0.",
+           "camera whose lens was given) are taken as exact. Raises Error(kInput) when the rig\n"
+           "carries no covariance of that projector, ValueError unless distance > 0.",
            py::arg("rig"), py::arg("distance"), py::arg("projector") = "");
   function(m, "true_light_errors", &analyze::true_light_errors,
            "The errors of an estimated rig against the true one, without approximation. The\n"
-           "first kind needs both rigs in the same rig frame. Throws Error(kInput) when the two\n"
+           "first kind needs both rigs in the same rig frame. Raises Error(kInput) when the two\n"
            "have different devices.",
            py::arg("estimated"), py::arg("truth"), py::arg("distance"), py::arg("projector") = "");
-  function(m, "parameters_within_truth", &analyze::parameters_within_truth, "", py::arg("estimated"),
-           py::arg("truth"));
+  function(m, "parameters_within_truth", &analyze::parameters_within_truth,
+           "How many parameters are within three standard deviations of the true rig's.",
+           py::arg("estimated"), py::arg("truth"));
   function(m, "predicted_light_error", &analyze::predicted_light_error,
            "Of a surface that is located externally.", py::arg("rig"), py::arg("distance"),
            py::arg("projector") = "");
   function(m, "predicted_error_map", &analyze::predicted_error_map,
-           "The map of one kind of predicted error; None when no camera can locate the wall. Throws as\n"
+           "The map of one kind of predicted error; None when no camera can locate the wall. Raises as\n"
            "predicted_light_errors().",
            py::arg("rig"), py::arg("distance"), py::arg("projector") = "",
            py::arg("located") = analyze::SurfaceLocated::kExternally);
@@ -86,8 +88,9 @@ void bind_light_error(py::module_& m) {
            "The map of true_light_errors(), surface located externally: also of two rigs of which\n"
            "neither is true.",
            py::arg("estimated"), py::arg("truth"), py::arg("distance"), py::arg("projector") = "");
-  function(m, "true_light_error", &analyze::true_light_error, "", py::arg("estimated"), py::arg("truth"),
-           py::arg("distance"), py::arg("projector") = "");
+  function(m, "true_light_error", &analyze::true_light_error,
+           "The true error of the light on a wall at `distance` metres; millimetres.", py::arg("estimated"),
+           py::arg("truth"), py::arg("distance"), py::arg("projector") = "");
 }
 
 void bind_accepted_error(py::module_& m) {
@@ -142,7 +145,7 @@ void bind_next_view(py::module_& m) {
            "times the farthest, nine positions in the projector's frame, untilted and tilted 35\n"
            "degrees in eight directions) that all devices can use, the one with the smallest\n"
            "predicted error of the given kind on a wall at `wall` metres\n"
-           "(calibrate/next_view.hpp). nullopt when none can be used or none reduces the error.",
+           "(calibrate/next_view.hpp). None when none can be used or none reduces the error.",
            py::arg("result"), py::arg("wall"), py::arg("projector") = "",
            py::arg_v("located", analyze::SurfaceLocated::kExternally, "SurfaceLocated.kExternally"));
   function(m, "view_verdicts", &analyze::view_verdicts,
@@ -161,7 +164,7 @@ void bind_error_sources(py::module_& m) {
       .field("acceleration", &analyze::RobotMotion::acceleration,
              "the change of the twist, which constant-twist prediction misses")
       .field("delay", &analyze::RobotMotion::delay, "seconds from the pose's stamp to the light")
-      .field("delay_sigma", &analyze::RobotMotion::delay_sigma, "")
+      .field("delay_sigma", &analyze::RobotMotion::delay_sigma, "standard deviation, seconds")
       .field("predicted", &analyze::RobotMotion::predicted,
              "the pose is moved on by twist * delay before it is used");
 
@@ -175,7 +178,8 @@ void bind_error_sources(py::module_& m) {
       .field("by_parameters", &analyze::PoseThroughCamera::by_parameters,
              "d xi / d parameter, 6 x names: of world_from_rig's right increment.");
 
-  Record<analyze::ErrorSources> error_sources(m, "ErrorSources", "");
+  Record<analyze::ErrorSources> error_sources(
+      m, "ErrorSources", "What makes the light miss its place: rig, pose, map, delay, pixels.");
   error_sources.fields_init()
       .field("calibration", &analyze::ErrorSources::calibration,
              "rig.covariance; empty: the rig is taken as exact")
@@ -190,8 +194,8 @@ void bind_error_sources(py::module_& m) {
 
   function(m, "isotropic_pose_covariance", &analyze::isotropic_pose_covariance,
            "Position and rotation each alike in all directions and independent: sigma_position\n"
-           "metres, sigma_rotation radians, about the thing's own origin. Throws\n"
-           "std::invalid_argument for a negative sigma or NaN.",
+           "metres, sigma_rotation radians, about the thing's own origin. Raises\n"
+           "ValueError for a negative sigma or NaN.",
            py::arg("sigma_position"), py::arg("sigma_rotation"));
   function(m, "own_frame_covariance", &analyze::own_frame_covariance,
            "Of the right increment, in the thing's own frame: Ad(T^-1) C Ad(T^-1)^T, from core's\n"
@@ -222,7 +226,7 @@ void bind_light_path(py::module_& m) {
       py::overload_cast<const RigProjector&, const std::string&, const Pose&, const std::optional<Pose>&>(
           &analyze::light_path),
       "`frame` is the surface's: \"world\", \"rig\" or \"projector\" (core/surface/surface.hpp).\n"
-      "Throws Error(kInput) for another frame, or \"world\" without the rig's pose.",
+      "Raises Error(kInput) for another frame, or \"world\" without the rig's pose.",
       py::arg("projector"), py::arg("frame"), py::arg("frame_from_surface"),
       py::arg("world_from_rig") = py::none());
   function(m, "light_path", py::overload_cast<const RigProjector&, const Plane&>(&analyze::light_path),
@@ -230,13 +234,14 @@ void bind_light_path(py::module_& m) {
            "rig's; its axes lie in the wall, z into it.",
            py::arg("projector"), py::arg("wall_in_rig"));
   function(m, "landing_place", &analyze::landing_place,
-           "Where the light of a pixel lands on the surface, metres along its x and y; nullopt\n"
+           "Where the light of a pixel lands on the surface, metres along its x and y; None\n"
            "when it misses.",
            py::arg("path"), py::arg("pixel"));
 }
 
 void bind_landing_error(py::module_& m) {
-  Record<analyze::LandingError> landing_error(m, "LandingError", "");
+  Record<analyze::LandingError> landing_error(
+      m, "LandingError", "The error of one projected point on its surface, metres, by its causes.");
   Record<analyze::LandingError::SourceError> source_error(
       landing_error.type, "SourceError",
       "One cause's share. Offsets on the surface, along its x and y, metres.");
@@ -256,8 +261,8 @@ void bind_landing_error(py::module_& m) {
   source_error.fields_init()
       .field("name", &analyze::LandingError::SourceError::name,
              "\"calibration\", \"rig pose\", \"map\", \"delay\", \"pixels\"")
-      .field("bias", &analyze::LandingError::SourceError::bias, "")
-      .field("covariance", &analyze::LandingError::SourceError::covariance, "")
+      .field("bias", &analyze::LandingError::SourceError::bias, "on the surface, along its x and y, metres")
+      .field("covariance", &analyze::LandingError::SourceError::covariance, "on the surface, square metres")
       .field("parts", &analyze::LandingError::SourceError::parts,
              "The same cause taken apart: \"lens\", \"mount\" and \"camera\" (through which the pose was\n"
              "measured); \"position\", \"rotation\". What correlates between parts is in the whole\n"
@@ -270,21 +275,23 @@ void bind_landing_error(py::module_& m) {
       "A 95 % region's half axes and the angle of the longer one to the surface's x axis:\n"
       "chi-square of two degrees of freedom, 5.99.");
   ellipse.fields_init()
-      .field("semi_major", &analyze::Ellipse::semi_major, "")
-      .field("semi_minor", &analyze::Ellipse::semi_minor, "")
-      .field("angle", &analyze::Ellipse::angle, "");
+      .field("semi_major", &analyze::Ellipse::semi_major, "in the square root of the covariance's unit")
+      .field("semi_minor", &analyze::Ellipse::semi_minor, "in the square root of the covariance's unit")
+      .field("angle", &analyze::Ellipse::angle, "of the longer axis from x to y, radians");
 
   function(m, "landing_error", &analyze::landing_error,
-           "nullopt where no light of the projector can reach the point, or the drive takes it\n"
-           "away from the surface. Throws Error(kInput) when the calibration's covariance lacks\n"
-           "the projector, std::invalid_argument for covariances that are not symmetric,\n"
+           "None where no light of the projector can reach the point, or the drive takes it\n"
+           "away from the surface. Raises Error(kInput) when the calibration's covariance lacks\n"
+           "the projector, ValueError for covariances that are not symmetric,\n"
            "positive semidefinite and finite, or a negative sigma.",
            py::arg("path"), py::arg("sources"), py::arg("on_surface"));
-  function(m, "region95", &analyze::region95, "", py::arg("covariance"));
+  function(m, "region95", &analyze::region95,
+           "The ellipse that holds 95 of 100 points of this covariance (2, 2).", py::arg("covariance"));
 }
 
 void bind_monte_carlo(py::module_& m) {
-  Record<analyze::MonteCarloOptions> monte_carlo_options(m, "MonteCarloOptions", "");
+  Record<analyze::MonteCarloOptions> monte_carlo_options(m, "MonteCarloOptions",
+                                                         "Number of samples, and the seed.");
   monte_carlo_options.fields_init()
       .field("draws", &analyze::MonteCarloOptions::draws, "relative error of a sigma: 1 / sqrt(2 draws)")
       .field("seed", &analyze::MonteCarloOptions::seed, "")
@@ -300,21 +307,22 @@ void bind_monte_carlo(py::module_& m) {
       "Where the light for one point lands, over all draws. Offsets from the intended\n"
       "place, on the surface along its x and y, metres.");
   landing_spread.fields_init()
-      .field("mean", &analyze::LandingSpread::mean, "")
-      .field("covariance", &analyze::LandingSpread::covariance, "")
+      .field("mean", &analyze::LandingSpread::mean, "on the surface, along its x and y, metres")
+      .field("covariance", &analyze::LandingSpread::covariance, "on the surface, square metres")
       .field("worst", &analyze::LandingSpread::worst, "the largest distance drawn, metres")
       .field("draws", &analyze::LandingSpread::draws, "how many were made")
       .field("missed", &analyze::LandingSpread::missed,
              "draws in which the light never meets the surface; not in the numbers above")
-      .method("rms", &analyze::LandingSpread::rms, "");
+      .method("rms", &analyze::LandingSpread::rms,
+              "Root of the mean squared distance to the intended place, metres.");
 
   function(m, "merged", &analyze::merged,
            "The spread over the draws of all parts (MonteCarloOptions.shard); at least one part.",
            py::arg("parts"));
   function(m, "monte_carlo_landing", &analyze::monte_carlo_landing,
            "One spread a point of the surface, from the same draws: they correlate as they do in\n"
-           "the room. nullopt for a point that no light reaches in the chain as it is believed\n"
-           "to be. Throws as landing_error() does, and std::invalid_argument unless draws >= 2.",
+           "the room. None for a point that no light reaches in the chain as it is believed\n"
+           "to be. Raises as landing_error() does, and ValueError unless draws >= 2.",
            py::arg("path"), py::arg("sources"), py::arg("on_surface"),
            py::arg_v("options", analyze::MonteCarloOptions{}, "MonteCarloOptions()"));
 }
@@ -333,8 +341,8 @@ void bind_causes(py::module_& m) {
         for (const analyze::LandingError& point : points) pointers.push_back(&point);
         return analyze::rank_causes(pointers);
       },
-      "Every source, or its parts, over the points: largest first. Throws\n"
-      "std::invalid_argument without points, and for points of different sources.",
+      "Every source, or its parts, over the points: largest first. Raises\n"
+      "ValueError without points, and for points of different sources.",
       py::arg("points"));
 }
 
@@ -350,7 +358,8 @@ void bind_prediction(py::module_& m) {
       .field("values", &analyze::Sweep::values, "a curve; points without light are omitted")
       .field("rms_mm", &analyze::Sweep::rms_mm, "a curve; points without light are omitted");
 
-  Record<analyze::SurfacePrediction> surface_prediction(m, "SurfacePrediction", "");
+  Record<analyze::SurfacePrediction> surface_prediction(
+      m, "SurfacePrediction", "The predicted error on a surface: at its corners and on a grid.");
   surface_prediction.fields_init()
       .field("surface", &analyze::SurfacePrediction::surface, "")
       .field("size", &analyze::SurfacePrediction::size,
@@ -361,8 +370,8 @@ void bind_prediction(py::module_& m) {
       .field("rows", &analyze::SurfacePrediction::rows, "")
       .field("content", &analyze::SurfacePrediction::content,
              "of the grid's points, row by row: fractions (u, v)")
-      .field("grid", &analyze::SurfacePrediction::grid, "nullopt: not lit by the projector's picture")
-      .field("corners", &analyze::SurfacePrediction::corners, "(0,0) (1,0) (1,1) (0,1); nullopt: not lit")
+      .field("grid", &analyze::SurfacePrediction::grid, "None: not lit by the projector's picture")
+      .field("corners", &analyze::SurfacePrediction::corners, "(0,0) (1,0) (1,1) (0,1); None: not lit")
       .field("lit_share", &analyze::SurfacePrediction::lit_share, "of the grid")
       .field("rms_mm", &analyze::SurfacePrediction::rms_mm, "over the lit points")
       .field("worst_mm", &analyze::SurfacePrediction::worst_mm,
@@ -374,7 +383,7 @@ void bind_prediction(py::module_& m) {
       .field("sweeps", &analyze::SurfacePrediction::sweeps, "")
       .field("drawn", &analyze::SurfacePrediction::drawn,
              "Monte Carlo on the grid's points; empty: not asked for")
-      .field("drawn_rms_mm", &analyze::SurfacePrediction::drawn_rms_mm, "")
+      .field("drawn_rms_mm", &analyze::SurfacePrediction::drawn_rms_mm, "millimetres")
       .field("diagnostics", &analyze::SurfacePrediction::diagnostics,
              "\"grazing\", \"not_lit\", \"first_order\"");
 
@@ -389,7 +398,7 @@ void bind_prediction(py::module_& m) {
       py::arg("parts"), py::arg("prediction"));
   function(m, "predict_surface", &analyze::predict_surface,
            "`plane_from_content` takes (u, v, 1) to metres on the surface (PlacedPlane). `draws`\n"
-           "> 0 asks for Monte Carlo beside the closed form. Throws as landing_error() does, and\n"
+           "> 0 asks for Monte Carlo beside the closed form. Raises as landing_error() does, and\n"
            "Error(kDegenerate) when the projector's picture lights no point of the content.",
            py::arg("name"), py::arg("path"), py::arg("plane_from_content"), py::arg("sources"),
            py::arg("draws") = py::none());

@@ -41,7 +41,7 @@ void bind_site(py::module_& m) {
       .field("text_height", &analyze::Site::text_height, "of the capitals that are to be read, metres");
 
   function(m, "projector_of", &analyze::projector_of,
-           "The projector that the data sheet describes. Throws Error(kInput) for values that no\n"
+           "The projector that the data sheet describes. Raises Error(kInput) for values that no\n"
            "projector has.",
            py::arg("sheet"));
   function(m, "pose_before_wall", &analyze::pose_before_wall,
@@ -49,7 +49,7 @@ void bind_site(py::module_& m) {
            "The wall's origin is then the foot of the lens, where a plumb line from the lens\n"
            "meets the wall. Turned from looking straight at the wall, radians: first `yaw` to\n"
            "its right, then `pitch` upwards, then `roll` clockwise as seen from behind it.\n"
-           "Throws Error(kInput) unless the distance is positive and the angles are finite.",
+           "Raises Error(kInput) unless the distance is positive and the angles are finite.",
            py::arg("distance"), py::arg("yaw") = 0, py::arg("pitch") = 0, py::arg("roll") = 0);
 }
 
@@ -90,14 +90,16 @@ void bind_plan_parts(py::module_& m) {
       .field("value", &analyze::PlanFigure::value, "");
 
   function(m, "light_on_wall", &analyze::light_on_wall,
-           "nullopt where the light misses the wall. The projector's lens must have no\n"
+           "None where the light misses the wall. The projector's lens must have no\n"
            "distortion and no skew, as projector_of() makes it.",
            py::arg("projector"), py::arg("projector_from_wall"), py::arg("pixel"));
 }
 
 void bind_projection_plan(py::module_& m) {
-  Record<analyze::ProjectionPlan> projection_plan(m, "ProjectionPlan", "");
-  Record<analyze::ProjectionPlan::TargetCoverage> target_coverage(projection_plan.type, "TargetCoverage", "");
+  Record<analyze::ProjectionPlan> projection_plan(
+      m, "ProjectionPlan", "What a projector covers from one place: pixels, light, targets.");
+  Record<analyze::ProjectionPlan::TargetCoverage> target_coverage(projection_plan.type, "TargetCoverage",
+                                                                  "How much of a target is covered.");
   Record<analyze::ProjectionPlan::Illuminance> illuminance(
       projection_plan.type, "Illuminance", "Lux, on the wall. The extremes lie at corners of the picture.");
   projection_plan.fields_init()
@@ -134,9 +136,9 @@ void bind_projection_plan(py::module_& m) {
       .field("covered_share", &analyze::ProjectionPlan::TargetCoverage::covered_share, "of its area, 0..1")
       .field("whole", &analyze::ProjectionPlan::TargetCoverage::whole, "");
   illuminance.fields_init()
-      .field("middle", &analyze::ProjectionPlan::Illuminance::middle, "")
-      .field("darkest", &analyze::ProjectionPlan::Illuminance::darkest, "")
-      .field("brightest", &analyze::ProjectionPlan::Illuminance::brightest, "");
+      .field("middle", &analyze::ProjectionPlan::Illuminance::middle, "lux")
+      .field("darkest", &analyze::ProjectionPlan::Illuminance::darkest, "lux")
+      .field("brightest", &analyze::ProjectionPlan::Illuminance::brightest, "lux");
 
   function(m, "plan_projection", &analyze::plan_projection,
            "Diagnostics, all warnings: \"grazing\" (incidence above 70 degrees somewhere),\n"
@@ -144,15 +146,16 @@ void bind_projection_plan(py::module_& m) {
            "of field); note \"depth_of_field_unknown\" when only one of f-number and focal length\n"
            "is given.\n"
            "\n"
-           "Throws Error(kInput) for values that are not finite or not positive and for a lens\n"
+           "Raises Error(kInput) for values that are not finite or not positive and for a lens\n"
            "in or behind the wall, Error(kDegenerate) when the light of the picture or of a\n"
            "corner never meets the wall.",
            py::arg("sheet"), py::arg("site"));
-  function(m, "figures_of", &analyze::figures_of, "", py::arg("plan"));
+  function(m, "figures_of", &analyze::figures_of, "The figures as people read them: a name and a value each.",
+           py::arg("plan"));
 }
 
 void bind_verify_input(py::module_& m) {
-  Enum<analyze::Correct>(m, "Correct", "")
+  Enum<analyze::Correct>(m, "Correct", "What verify() corrects.")
       .value("kNothing", analyze::Correct::kNothing)
       .value("kProjector", analyze::Correct::kProjector)
       .value("kSurface", analyze::Correct::kSurface);
@@ -173,7 +176,8 @@ void bind_verify_input(py::module_& m) {
              "Of a curved surface: rig_from_tangent for each mark, the plane z = 0 that touches it\n"
              "where the camera sees the mark. They move with the surface. Empty: it is flat.");
 
-  Record<analyze::VerifyOptions> verify_options(m, "VerifyOptions", "");
+  Record<analyze::VerifyOptions> verify_options(m, "VerifyOptions",
+                                                "What verify() assumes, and which limits it checks.");
   verify_options.fields_init()
       .field("correct", &analyze::VerifyOptions::correct, "")
       .field("bump_rotation_sigma", &analyze::VerifyOptions::bump_rotation_sigma,
@@ -189,7 +193,8 @@ void bind_verify_input(py::module_& m) {
 }
 
 void bind_verified_marks(py::module_& m) {
-  Record<analyze::VerifiedMark> verified_mark(m, "VerifiedMark", "");
+  Record<analyze::VerifiedMark> verified_mark(m, "VerifiedMark",
+                                              "One mark: where it is and where it should be.");
   verified_mark.fields_init()
       .field("seen", &analyze::VerifiedMark::seen, "")
       .field("intended", &analyze::VerifiedMark::intended,
@@ -209,18 +214,19 @@ void bind_verified_marks(py::module_& m) {
       .field("moved", &analyze::Movement::moved,
              "Of the right increment in the thing's own frame, [rotation, translation]: true\n"
              "rig_from_thing = rig_from_thing * exp(moved).")
-      .field("covariance", &analyze::Movement::covariance, "")
+      .field("covariance", &analyze::Movement::covariance, "rotation (radians), translation (metres)")
       .field("rms_after", &analyze::Movement::rms_after, "of the marks' errors when it is undone, metres")
       .field("log_evidence", &analyze::Movement::log_evidence,
              "differences count: the log of the odds between explanations")
-      .method("angle", &analyze::Movement::angle, "")
-      .method("angle_sigma", &analyze::Movement::angle_sigma, "")
-      .method("shift", &analyze::Movement::shift, "")
-      .method("shift_sigma", &analyze::Movement::shift_sigma, "");
+      .method("angle", &analyze::Movement::angle, "Radians.")
+      .method("angle_sigma", &analyze::Movement::angle_sigma, "Standard deviation, radians.")
+      .method("shift", &analyze::Movement::shift, "Metres.")
+      .method("shift_sigma", &analyze::Movement::shift_sigma, "Standard deviation, metres.");
 }
 
 void bind_verify_result(py::module_& m) {
-  Record<analyze::VerifyResult> verify_result(m, "VerifyResult", "");
+  Record<analyze::VerifyResult> verify_result(
+      m, "VerifyResult", "The error of marks on a surface, and the movement that explains it.");
   verify_result.fields_init()
       .field("surface", &analyze::VerifyResult::surface, "")
       .field("marks", &analyze::VerifyResult::marks, "")
@@ -254,12 +260,12 @@ void bind_verify_result(py::module_& m) {
              "\"surface_taken_as_exact\".");
 
   function(m, "verify", &analyze::verify,
-           "Throws Error: kInput when no light of projector or camera can reach the surface as\n"
+           "Raises Error: kInput when no light of projector or camera can reach the surface as\n"
            "it is stated (behind them, parallel), and for a correction far beyond the bump's\n"
            "sigmas (another pattern, a scaled picture); kNotEnoughData for fewer than eight\n"
            "marks; kDegenerate when the marks contradict each other, when they lie on one line,\n"
            "and when the marks say that the other thing has moved (odds above 1000 to 1);\n"
-           "kNotConverged. std::invalid_argument for sigmas and rates out of range, and\n"
+           "kNotConverged. ValueError for sigmas and rates out of range, and\n"
            "covariances that are none.",
            py::arg("rig"), py::arg("camera"), py::arg("projector"), py::arg("surface"), py::arg("marks"),
            py::arg_v("options", analyze::VerifyOptions{}, "VerifyOptions()"));

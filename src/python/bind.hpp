@@ -121,7 +121,26 @@ struct FieldNames {
   }
 };
 
+/// A field's docstring with the type and shape of its array, if it is one: `type` as in signatures.
+std::string with_shape(const char* doc, const char* type);
+
+/// A type of signatures, with the names that Python has for types of procam: `text` and `types` of a caster's name.
+std::string type_text(const char* text, const std::type_info* const* types);
+
+/// Refuses what a field of type F cannot hold.
+template <typename F>
+[[noreturn]] void refuse_value(const Where& where, py::handle value) {
+  if (std::is_integral_v<F> && PyLong_Check(value.ptr()))
+    throw py::value_error(where.text() + ": " + py::str(value).cast<std::string>() + " is out of range");
+  const auto types = decltype(py::detail::make_caster<F>::name)::types();
+  refuse_type(where, type_text(py::detail::make_caster<F>::name.text, types.data()), value);
+}
+
 std::string record_text(py::handle self, const std::vector<std::string>& fields);
+/// For pickle: the type, and the fields that it is made with.
+py::tuple record_parts(py::handle self, const std::vector<std::string>& fields);
+/// Are both of one type, with equal fields?
+bool are_equal_records(py::handle self, py::handle other, const std::vector<std::string>& fields);
 void set_fields(py::handle self, const std::vector<std::string>& names, const py::args& values,
                 const py::kwargs& named);
 
@@ -144,7 +163,7 @@ F loaded(py::handle value, const Where& where) {
     py::object given = py::reinterpret_borrow<py::object>(value);
     // What another record's map gives.
     if (Py_TYPE(value.ptr()) == &PyDictProxy_Type) given = py::dict(given);
-    if (!caster.load(given, true)) refuse_type(where, py::type_id<F>(), value);
+    if (!caster.load(given, true)) refuse_value<F>(where, value);
     return py::detail::cast_op<F>(std::move(caster));
   }
 }
@@ -177,12 +196,22 @@ class Record {
       set_fields(self, fields(), values, named);
       return made;
     }));
+    return value_like();
+  }
+
+  /// Compared by its fields, and pickled: it is made with its fields, by position.
+  Record& value_like() {
+    type.def("__reduce__", [](py::handle self) { return record_parts(self, fields()); });
+    type.def("__eq__",
+             [](py::handle self, py::handle other) { return are_equal_records(self, other, fields()); });
     return *this;
   }
 
   template <typename C, typename F>
-  Record& field(const char* name, F C::*member, const char* doc) {
+  Record& field(const char* name, F C::*member, const char* text) {
     FieldNames<T>::all().push_back(name);
+    const std::string described = with_shape(text, py::detail::make_caster<F>::name.text);
+    const char* const doc = described.c_str();
     const char* const record = name_;
     const auto set = [member, record, name](T& self, py::handle value) {
       self.*member = loaded<F>(value, {record, name});

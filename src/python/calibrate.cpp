@@ -23,12 +23,12 @@ void bind_lens_model(py::module_& m) {
              "\"none\", \"brown-conrady:k1,k2\", \"rational\", \"fisheye\"")
       .field("distortion", &calibrate::LensModel::distortion, "")
       .field("held", &calibrate::LensModel::held, "coefficients that stay zero")
-      .method("terms", &calibrate::LensModel::terms, "");
+      .method("terms", &calibrate::LensModel::terms, "Number of coefficients that are estimated.");
 
   function(m, "lens_model_named", &calibrate::lens_model_named,
            "The model of a name: a distortion's, with the estimated coefficients after a colon\n"
            "where not all of them are (\"brown-conrady:k1,k2\"). \"brown-conrady\" alone is\n"
-           "k1,k2,p1,p2. Throws Error(kUnsupported) for another distortion, Error(kInput) for a\n"
+           "k1,k2,p1,p2. Raises Error(kUnsupported) for another distortion, Error(kInput) for a\n"
            "coefficient that it lacks.",
            py::arg("name"));
 }
@@ -61,7 +61,8 @@ void bind_options(py::module_& m) {
       .method("use", &calibrate::LensOptions::use,
               "Estimates the lens in that model; skew stays fixed or free as it is.", py::arg("lens"));
 
-  Record<calibrate::Options> options(m, "Options", "");
+  Record<calibrate::Options> options(m, "Options",
+                                     "What calibrate_rig() and its like estimate, assume and check.");
   options.fields_init()
       .field("camera", &calibrate::Options::camera, "")
       .field("projector", &calibrate::Options::projector, "")
@@ -95,11 +96,13 @@ void bind_view_results(py::module_& m) {
              "ResidualNoise): two normal numbers of variance 1. Zero where the device cannot see the\n"
              "point.");
 
-  Record<calibrate::ViewResult> view_result(m, "ViewResult", "");
+  Record<calibrate::ViewResult> view_result(
+      m, "ViewResult", "One view: the board's pose, its residuals, and why it was rejected.");
   view_result.fields_init()
       .field("name", &calibrate::ViewResult::name, "")
       .field("rig_from_board", &calibrate::ViewResult::rig_from_board, "")
-      .field("rig_from_board_covariance", &calibrate::ViewResult::rig_from_board_covariance, "")
+      .field("rig_from_board_covariance", &calibrate::ViewResult::rig_from_board_covariance,
+             "of the left increment: rotation (radians), translation (metres)")
       .field("rms_px", &calibrate::ViewResult::rms_px, "by device, over the used observations")
       .field("holdout_px", &calibrate::ViewResult::holdout_px,
              "By device, from a solve without this view; empty when not asked for. First over the\n"
@@ -184,7 +187,8 @@ void bind_result(py::module_& m) {
       .field("state", &calibrate::SolvedBundle::state, "")
       .field("options", &calibrate::SolvedBundle::options, "");
 
-  Record<calibrate::CalibrationResult> calibration_result(m, "CalibrationResult", "");
+  Record<calibrate::CalibrationResult> calibration_result(
+      m, "CalibrationResult", "The rig with covariance, residuals, views and checks.");
   calibration_result.fields_init()
       .field("rig", &calibrate::CalibrationResult::rig, "")
       .field("solved", &calibrate::CalibrationResult::solved, "")
@@ -200,7 +204,8 @@ void bind_result(py::module_& m) {
              "the same over every observation, outliers included")
       .field("joint_rms_px", &calibrate::CalibrationResult::joint_rms_px,
              "over all devices, used observations")
-      .field("joint_rms_all_px", &calibrate::CalibrationResult::joint_rms_all_px, "")
+      .field("joint_rms_all_px", &calibrate::CalibrationResult::joint_rms_all_px,
+             "over all points of all devices, pixels")
       .field("holdout_px", &calibrate::CalibrationResult::holdout_px,
              "By device: mean over views of the held-out RMS, used and all; empty when not asked\n"
              "for.")
@@ -230,11 +235,11 @@ void bind_gates(py::module_& m) {
       "Limits with their reasons. Real devices lie well inside; a wrong solution rarely\n"
       "does.");
   gate_limits.fields_init()
-      .field("max_rms_px", &calibrate::GateLimits::max_rms_px, "")
+      .field("max_rms_px", &calibrate::GateLimits::max_rms_px, "largest RMS of the residuals, pixels")
       .field("min_fov_deg", &calibrate::GateLimits::min_fov_deg,
              "across the picture; long-throw lenses end near 5 degrees")
-      .field("max_fov_deg", &calibrate::GateLimits::max_fov_deg, "")
-      .field("max_aspect_error", &calibrate::GateLimits::max_aspect_error, "")
+      .field("max_fov_deg", &calibrate::GateLimits::max_fov_deg, "largest field of view, degrees")
+      .field("max_aspect_error", &calibrate::GateLimits::max_aspect_error, "largest |fx / fy - 1|")
       .field("max_lens_shift", &calibrate::GateLimits::max_lens_shift,
              "principal point from the picture's centre, in picture widths / heights")
       .field("max_tangential", &calibrate::GateLimits::max_tangential,
@@ -267,7 +272,8 @@ void bind_mirror(py::module_& m) {
       .field("detections", &calibrate::MirrorView::detections, "of it in the picture as taken, not turned")
       .field("depth", &calibrate::MirrorView::depth, "metres from the print down to the reflecting plane");
 
-  Record<calibrate::MirrorSolution> mirror_solution(m, "MirrorSolution", "");
+  Record<calibrate::MirrorSolution> mirror_solution(
+      m, "MirrorSolution", "A projector that the camera sees in a mirror, calibrated.");
   mirror_solution.fields_init()
       .field("result", &calibrate::MirrorSolution::result, "the camera itself carries the rig's frame")
       .field("mirror_in_camera", &calibrate::MirrorSolution::mirror_in_camera, "")
@@ -281,8 +287,8 @@ void bind_mirror(py::module_& m) {
            "their correlation. The check \"boards in the mirror\" fails for boards before the\n"
            "mirror's plane, which the camera cannot have seen in it.\n"
            "\n"
-           "Throws Error(kNotEnoughData) for fewer than six points of the mirror's board,\n"
-           "Error(kDegenerate) where they do not tell its plane, std::invalid_argument for a\n"
+           "Raises Error(kNotEnoughData) for fewer than six points of the mirror's board,\n"
+           "Error(kDegenerate) where they do not tell its plane, ValueError for a\n"
            "result of several cameras or another picture size.",
            py::arg("mirrored"), py::arg("view"));
 }
@@ -291,17 +297,18 @@ void bind_next_view(py::module_& m) {
   function(m, "covariance_with_view", &calibrate::covariance_with_view,
            "The rig's covariance (the rows of result.rig.covariance) with one more view at each\n"
            "of the poses. Where the residuals of the views exceed their noise\n"
-           "(result.variance_ratio), the new one is assumed to as well. nullopt for a pose that\n"
+           "(result.variance_ratio), the new one is assumed to as well. None for a pose that\n"
            "the session's devices could not use: no camera that sees every point of the board,\n"
            "no projector that lights nine tenths of them (or, where the light is projected\n"
            "corners, fewer of them on the sheet than two thirds of what a view has had so far),\n"
-           "or seen more than 60 degrees from the side. All nullopt when the rig has no\n"
+           "or seen more than 60 degrees from the side. All None when the rig has no\n"
            "covariance.",
            py::arg("result"), py::arg("rig_from_board"));
 }
 
 void bind_points(py::module_& m) {
-  Record<calibrate::PointsOptions> points_options(m, "PointsOptions", "");
+  Record<calibrate::PointsOptions> points_options(m, "PointsOptions",
+                                                  "What calibrate_from_points() estimates.");
   points_options.fields_init()
       .field("lens", &calibrate::PointsOptions::lens,
              "A few points say little about distortion: none unless the user knows better.")
@@ -319,7 +326,8 @@ void bind_points(py::module_& m) {
              "What a solve without this pair (or without its board) misses it by; unset where the\n"
              "others do not determine the answer.");
 
-  Record<calibrate::PointsResult> points_result(m, "PointsResult", "");
+  Record<calibrate::PointsResult> points_result(m, "PointsResult",
+                                                "A device from points of known place, with its covariance.");
   points_result.fields_init()
       .field("rig", &calibrate::PointsResult::rig,
              "one device, in the room's frame; with covariance and quality checks")
@@ -334,8 +342,11 @@ void bind_points(py::module_& m) {
              "boards or more were found among the points and share errors; else 0.")
       .field("diagnostics", &calibrate::PointsResult::diagnostics, "");
 
-  function(m, "calibrate_from_points", &calibrate::calibrate_from_points, "", py::arg("device"),
-           py::arg("pairs"), py::arg_v("options", calibrate::PointsOptions{}, "PointsOptions()"));
+  function(m, "calibrate_from_points", &calibrate::calibrate_from_points,
+           "One device and its pose from pairs of points in the world (metres) and pixels.\n"
+           "Raises Error of kind kNotEnoughData, kDegenerate or kNotConverged.",
+           py::arg("device"), py::arg("pairs"),
+           py::arg_v("options", calibrate::PointsOptions{}, "PointsOptions()"));
 }
 
 void bind_calibrate_functions(py::module_& m) {

@@ -17,9 +17,10 @@ void bind_lens_prior(py::module_& m) {
       "Parameters by their names in files (\"fx\", \"cy\", \"k1\"); all in the parameters' units\n"
       "(pixels for fx .. skew).");
   lens_prior.fields_init()
-      .field("terms", &calibrate::LensPrior::terms, "")
-      .field("value", &calibrate::LensPrior::value, "")
-      .field("sigma", &calibrate::LensPrior::sigma, "");
+      .field("terms", &calibrate::LensPrior::terms, "parameter names and their factors")
+      .field("value", &calibrate::LensPrior::value,
+             "of the sum of factor times parameter, in the parameters' unit")
+      .field("sigma", &calibrate::LensPrior::sigma, "standard deviation of the value");
 
   Record<calibrate::KnownLens> known_lens(m, "KnownLens", "A lens that was calibrated before.");
   known_lens.fields_init()
@@ -74,9 +75,12 @@ void bind_bundle_types(py::module_& m) {
       "found precisely do not outvote the others by a precision that the model does not\n"
       "have.");
   residual_noise.fields_init()
-      .field("scale", &calibrate::ResidualNoise::scale, "")
-      .field("floor_px", &calibrate::ResidualNoise::floor_px, "")
-      .method("covariance", &calibrate::ResidualNoise::covariance, "", py::arg("of_detector"));
+      .field("scale", &calibrate::ResidualNoise::scale, "factor of the detector's standard deviations")
+      .field("floor_px", &calibrate::ResidualNoise::floor_px,
+             "standard deviation that every point has beside, pixels")
+      .method("covariance", &calibrate::ResidualNoise::covariance,
+              "Covariance (2, 2) of a residual, pixels squared, from that of the detector.",
+              py::arg("of_detector"));
 
   Record<calibrate::ViewVariation> view_variation(
       m, "ViewVariation",
@@ -89,7 +93,8 @@ void bind_bundle_types(py::module_& m) {
       .method("of_image", &calibrate::ViewVariation::of_image, "Do the cameras' images change?")
       .method("any", &calibrate::ViewVariation::any, "Does anything differ?");
 
-  Record<calibrate::BundleOptions> bundle_options(m, "BundleOptions", "");
+  Record<calibrate::BundleOptions> bundle_options(m, "BundleOptions",
+                                                  "How the bundle adjustment runs, and what it estimates.");
   bundle_options.fields_init()
       .field("held", &calibrate::BundleOptions::held,
              "By device: names of lens parameters held at their start (\"skew\", \"k3\"). All of them\n"
@@ -116,7 +121,8 @@ void bind_bundle_types(py::module_& m) {
       .field("tolerance", &calibrate::BundleOptions::tolerance,
              "Relative decrease of the cost below which the solve has converged.");
 
-  Record<calibrate::BundleResult> bundle_result(m, "BundleResult", "");
+  Record<calibrate::BundleResult> bundle_result(
+      m, "BundleResult", "All parameters and poses after the adjustment, with their covariance.");
   bundle_result.fields_init()
       .field("state", &calibrate::BundleResult::state, "")
       .field("iterations", &calibrate::BundleResult::iterations, "")
@@ -127,7 +133,7 @@ void bind_bundle_types(py::module_& m) {
 void bind_bundle(py::module_& m) {
   function(m, "use_all", &calibrate::use_all, "A mask that uses everything.", py::arg("correspondences"));
   function(m, "bundle_adjust", &calibrate::bundle_adjust,
-           "Throws std::invalid_argument when sizes disagree, Error(kDegenerate) when a start\n"
+           "Raises ValueError when sizes disagree, Error(kDegenerate) when a start\n"
            "cannot be projected at all.",
            py::arg("correspondences"), py::arg("used"), py::arg("start"),
            py::arg_v("options", calibrate::BundleOptions{}, "BundleOptions()"));

@@ -5,6 +5,7 @@
 namespace procam::python {
 
 void bind_core_base(pybind11::module_& m);
+void bind_core_pose(pybind11::module_& m);
 void bind_core_geometry(pybind11::module_& m);
 void bind_core_lens(pybind11::module_& m);
 void bind_core_board(pybind11::module_& m);
@@ -23,6 +24,7 @@ void bind_track_surfaces(pybind11::module_& m);
 void bind_track_wire(pybind11::module_& m);
 void bind_simulate(pybind11::module_& m);
 void bind_simulate_room(pybind11::module_& m);
+void bind_simulate_live(pybind11::module_& m);
 void bind_simulate_robot(pybind11::module_& m);
 void bind_session_views(pybind11::module_& m);
 void bind_session(pybind11::module_& m);
@@ -34,6 +36,7 @@ void bind_analyze(pybind11::module_& m);
 void bind_analyze_projection(pybind11::module_& m);
 void bind_report(pybind11::module_& m);
 void bind_show(pybind11::module_& m);
+void bind_show_frames(pybind11::module_& m);
 void bind_people(pybind11::module_& m);
 void bind_watch(pybind11::module_& m);
 void bind_mount(pybind11::module_& package);

@@ -287,9 +287,15 @@ struct numpy_caster {
   std::optional<T> value_;
 };
 
+/// In signatures: one channel has the shape (h, w).
+template <typename T>
+constexpr auto image_name() {
+  return const_name("numpy.ndarray[") + npy_format_descriptor<T>::name + const_name("[h, w, c]]");
+}
+
 template <typename T>
 struct type_caster<procam::ImageView<T>> : numpy_caster<procam::ImageView<T>> {
-  static constexpr auto name = const_name("numpy.ndarray");
+  static constexpr auto name = image_name<std::remove_const_t<T>>();
   static handle cast(const procam::ImageView<T>& view, return_value_policy, handle) {
     using Pixel = std::remove_const_t<T>;
     std::vector<ssize_t> shape{view.height, view.width},
@@ -304,7 +310,7 @@ struct type_caster<procam::ImageView<T>> : numpy_caster<procam::ImageView<T>> {
 
 template <typename T>
 struct type_caster<procam::Image<T>> : numpy_caster<procam::Image<T>> {
-  static constexpr auto name = const_name("numpy.ndarray");
+  static constexpr auto name = image_name<T>();
   static handle cast(procam::Image<T>&& image, return_value_policy, handle) {
     auto* const owned = new procam::Image<T>(std::move(image));
     const capsule owner(owned, [](void* pointer) { delete static_cast<procam::Image<T>*>(pointer); });

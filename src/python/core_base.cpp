@@ -9,7 +9,7 @@ namespace procam::python {
 namespace {
 
 void bind_errors(py::module_& m) {
-  Enum<ErrorKind>(m, "ErrorKind", "")
+  Enum<ErrorKind>(m, "ErrorKind", "The kinds of procam.Error: what a person must act on.")
       .value("kInput", ErrorKind::kInput)
       .value("kNotEnoughData", ErrorKind::kNotEnoughData)
       .value("kDegenerate", ErrorKind::kDegenerate)
@@ -18,7 +18,7 @@ void bind_errors(py::module_& m) {
       .value("kIo", ErrorKind::kIo)
       .value("kDevice", ErrorKind::kDevice);
 
-  Enum<Severity>(m, "Severity", "")
+  Enum<Severity>(m, "Severity", "How much a remark matters: note, warning, failure of a quality check.")
       .value("kNote", Severity::kNote, "a decision that the person may want to know")
       .value("kWarning", Severity::kWarning, "the result stands, but something deserves a look")
       .value("kFailure", Severity::kFailure,
@@ -31,22 +31,28 @@ void bind_errors(py::module_& m) {
       .field("code", &Diagnostic::code, "snake_case, e.g. \"board_flipped\"")
       .field("message", &Diagnostic::message, "what, why, what to do next");
 
-  Record<Diagnostics> diagnostics(m, "Diagnostics", "");
+  Record<Diagnostics> diagnostics(m, "Diagnostics",
+                                  "Remarks that come with a result: notes, warnings and failed checks.");
   diagnostics.fields_init()
       .field("items", &Diagnostics::items, "")
-      .method("note", &Diagnostics::note, "", py::arg("code"), py::arg("message"))
-      .method("warn", &Diagnostics::warn, "", py::arg("code"), py::arg("message"))
-      .method("fail", &Diagnostics::fail, "", py::arg("code"), py::arg("message"))
-      .method("append", &Diagnostics::append, "", py::arg("other"))
-      .method("failed", &Diagnostics::failed, "")
-      .method("find", &Diagnostics::find, "", py::arg("code"));
+      .method("note", &Diagnostics::note, "Adds a note: a code for programs, a sentence for people.",
+              py::arg("code"), py::arg("message"))
+      .method("warn", &Diagnostics::warn, "Adds a warning: a code for programs, a sentence for people.",
+              py::arg("code"), py::arg("message"))
+      .method("fail", &Diagnostics::fail,
+              "Adds the failure of a quality check: a code for programs, a sentence for people.",
+              py::arg("code"), py::arg("message"))
+      .method("append", &Diagnostics::append, "Adds the remarks of another one at the end.", py::arg("other"))
+      .method("failed", &Diagnostics::failed, "Is there a failure among the remarks?")
+      .method("find", &Diagnostics::find, "The first remark with this code, or None.", py::arg("code"));
 
-  function(m, Gil::kHeld, "to_string", &procam::to_string, "", py::arg("kind"));
+  function(m, Gil::kHeld, "to_string", &procam::to_string, "The kind in words, e.g. \"input\".",
+           py::arg("kind"));
 }
 
 void bind_clocks(py::module_& m) {
   function(m, Gil::kHeld, "steady_now", &procam::steady_now,
-           "Seconds of std::chrono::steady_clock: never set back, the same in all processes of a\n"
+           "Seconds of the clock of time.monotonic(): never set back, the same in all processes of a\n"
            "machine, without relation to the date.");
   function(m, Gil::kHeld, "utc_now", &procam::utc_now,
            "The time that files state, in UTC, ISO 8601 with whole seconds:\n"
@@ -89,7 +95,6 @@ void bind_core_base(py::module_& m) {
   image_size.fields_init()
       .field("width", &ImageSize::width, "")
       .field("height", &ImageSize::height, "")
-      .method("__eq__", &ImageSize::operator==, "", py::arg("other"))
       .method("contains", &ImageSize::contains,
               "Is the pixel position inside the picture's area, [-0.5, W-0.5) x [-0.5, H-0.5)?",
               py::arg("pixel"));

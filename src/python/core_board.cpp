@@ -40,8 +40,9 @@ void bind_marker_dictionary(py::module_& m) {
       .constant("count", &MarkerDictionaryInfo::count, "");
 
   function(m, Gil::kHeld, "marker_dictionary_named", &procam::marker_dictionary_named,
-           "nullopt for a name that is not in the table.", py::arg("name"));
-  function(m, Gil::kHeld, "info_of", &info_of, "", py::arg("dictionary"));
+           "None for a name that is not in the table.", py::arg("name"));
+  function(m, Gil::kHeld, "info_of", &info_of, "Name, bits and number of markers of a dictionary.",
+           py::arg("dictionary"));
 }
 
 void bind_chessboard(py::module_& m) {
@@ -51,7 +52,7 @@ void bind_chessboard(py::module_& m) {
       .field("columns", &Chessboard::columns, "inner corners a row")
       .field("rows", &Chessboard::rows, "rows of inner corners")
       .field("square_size", &Chessboard::square_size, "metres")
-      .method("size", &Chessboard::size, "")
+      .method("size", &Chessboard::size, "Number of inner corners.")
       .method(
           "point_in_board",
           [](const Chessboard& self, int index) {
@@ -59,12 +60,14 @@ void bind_chessboard(py::module_& m) {
             require_pixel({self.size(), 1}, index, 0, "Chessboard.point_in_board");
             return self.point_in_board(index);
           },
-          "", py::arg("index"))
-      .method("is_symmetric_180", &Chessboard::is_symmetric_180, "")
-      .method("is_coded", &Chessboard::is_coded, "")
-      .method("scaled", &Chessboard::scaled, "", py::arg("factor"))
-      .method("flaw", &Chessboard::flaw, "")
-      .method("__eq__", &Chessboard::operator==, "", py::arg("o"));
+          "Point number `index` in the board\'s frame, (3,), metres; z is 0.", py::arg("index"))
+      .method("is_symmetric_180", &Chessboard::is_symmetric_180,
+              "Does the board look the same when it is rotated by 180 degrees?")
+      .method("is_coded", &Chessboard::is_coded, "Do its markers tell which point is which?")
+      .method("scaled", &Chessboard::scaled, "The board with all lengths multiplied by `factor`.",
+              py::arg("factor"))
+      .method("flaw", &Chessboard::flaw,
+              "What is wrong with its numbers, in words; empty for a sound board.");
 }
 
 void bind_charuco_board(py::module_& m) {
@@ -84,7 +87,7 @@ void bind_charuco_board(py::module_& m) {
       .field("marker_size", &CharucoBoard::marker_size, "metres, with the black border")
       .field("dictionary", &CharucoBoard::dictionary, "")
       .field("marker_first", &CharucoBoard::marker_first, "the top-left square is a light one")
-      .method("size", &CharucoBoard::size, "")
+      .method("size", &CharucoBoard::size, "Number of inner corners.")
       .method(
           "point_in_board",
           [](const CharucoBoard& self, int index) {
@@ -92,9 +95,10 @@ void bind_charuco_board(py::module_& m) {
             require_pixel({self.size(), 1}, index, 0, "CharucoBoard.point_in_board");
             return self.point_in_board(index);
           },
-          "", py::arg("index"))
-      .method("is_light", &CharucoBoard::is_light, "", py::arg("column"), py::arg("row"))
-      .method("marker_count", &CharucoBoard::marker_count, "")
+          "Point number `index` in the board\'s frame, (3,), metres; z is 0.", py::arg("index"))
+      .method("is_light", &CharucoBoard::is_light, "Is the square at this column and row white?",
+              py::arg("column"), py::arg("row"))
+      .method("marker_count", &CharucoBoard::marker_count, "Number of markers.")
       .method(
           "marker_in_board",
           [](const CharucoBoard& self, int id) {
@@ -103,11 +107,13 @@ void bind_charuco_board(py::module_& m) {
             return self.marker_in_board(id);
           },
           "The marker's top-left corner.", py::arg("id"))
-      .method("is_symmetric_180", &CharucoBoard::is_symmetric_180, "")
-      .method("is_coded", &CharucoBoard::is_coded, "")
-      .method("scaled", &CharucoBoard::scaled, "", py::arg("factor"))
-      .method("flaw", &CharucoBoard::flaw, "")
-      .method("__eq__", &CharucoBoard::operator==, "", py::arg("o"));
+      .method("is_symmetric_180", &CharucoBoard::is_symmetric_180,
+              "Does the board look the same when it is rotated by 180 degrees?")
+      .method("is_coded", &CharucoBoard::is_coded, "Do its markers tell which point is which?")
+      .method("scaled", &CharucoBoard::scaled, "The board with all lengths multiplied by `factor`.",
+              py::arg("factor"))
+      .method("flaw", &CharucoBoard::flaw,
+              "What is wrong with its numbers, in words; empty for a sound board.");
 }
 
 void bind_marker_grid(py::module_& m) {
@@ -121,8 +127,8 @@ void bind_marker_grid(py::module_& m) {
       .field("marker_size", &MarkerGrid::marker_size, "metres, with the black border")
       .field("gap", &MarkerGrid::gap, "metres of white between neighbours")
       .field("dictionary", &MarkerGrid::dictionary, "")
-      .method("size", &MarkerGrid::size, "")
-      .method("marker_count", &MarkerGrid::marker_count, "")
+      .method("size", &MarkerGrid::size, "Number of marker corners, four a marker.")
+      .method("marker_count", &MarkerGrid::marker_count, "Number of markers.")
       .method(
           "marker_in_board",
           [](const MarkerGrid& self, int id) {
@@ -138,12 +144,14 @@ void bind_marker_grid(py::module_& m) {
             require_pixel({self.size(), 1}, index, 0, "MarkerGrid.point_in_board");
             return self.point_in_board(index);
           },
-          "", py::arg("index"))
-      .method("is_symmetric_180", &MarkerGrid::is_symmetric_180, "")
-      .method("is_coded", &MarkerGrid::is_coded, "")
-      .method("scaled", &MarkerGrid::scaled, "", py::arg("factor"))
-      .method("flaw", &MarkerGrid::flaw, "")
-      .method("__eq__", &MarkerGrid::operator==, "", py::arg("o"));
+          "Point number `index` in the board\'s frame, (3,), metres; z is 0.", py::arg("index"))
+      .method("is_symmetric_180", &MarkerGrid::is_symmetric_180,
+              "Does the board look the same when it is rotated by 180 degrees?")
+      .method("is_coded", &MarkerGrid::is_coded, "Do its markers tell which point is which?")
+      .method("scaled", &MarkerGrid::scaled, "The board with all lengths multiplied by `factor`.",
+              py::arg("factor"))
+      .method("flaw", &MarkerGrid::flaw,
+              "What is wrong with its numbers, in words; empty for a sound board.");
 }
 
 void bind_circle_grid(py::module_& m) {
@@ -157,7 +165,7 @@ void bind_circle_grid(py::module_& m) {
       .field("spacing", &CircleGrid::spacing, "metres from row to row")
       .field("diameter", &CircleGrid::diameter, "metres")
       .field("asymmetric", &CircleGrid::asymmetric, "")
-      .method("size", &CircleGrid::size, "")
+      .method("size", &CircleGrid::size, "Number of circles.")
       .method(
           "point_in_board",
           [](const CircleGrid& self, int index) {
@@ -165,13 +173,14 @@ void bind_circle_grid(py::module_& m) {
             require_pixel({self.size(), 1}, index, 0, "CircleGrid.point_in_board");
             return self.point_in_board(index);
           },
-          "", py::arg("index"))
+          "Point number `index` in the board\'s frame, (3,), metres; z is 0.", py::arg("index"))
       .method("is_symmetric_180", &CircleGrid::is_symmetric_180,
               "An odd number of staggered rows has two like ends that point one way.")
-      .method("is_coded", &CircleGrid::is_coded, "")
-      .method("scaled", &CircleGrid::scaled, "", py::arg("factor"))
-      .method("flaw", &CircleGrid::flaw, "")
-      .method("__eq__", &CircleGrid::operator==, "", py::arg("o"));
+      .method("is_coded", &CircleGrid::is_coded, "Do its markers tell which point is which?")
+      .method("scaled", &CircleGrid::scaled, "The board with all lengths multiplied by `factor`.",
+              py::arg("factor"))
+      .method("flaw", &CircleGrid::flaw,
+              "What is wrong with its numbers, in words; empty for a sound board.");
 }
 
 void bind_april_grid(py::module_& m) {
@@ -189,8 +198,8 @@ void bind_april_grid(py::module_& m) {
       .field("tag_size", &AprilGrid::tag_size, "metres, with the black border")
       .field("spacing", &AprilGrid::spacing,
              "of neighbouring tags, as a share of tag_size (Kalibr's tagSpacing)")
-      .method("gap", &AprilGrid::gap, "")
-      .method("size", &AprilGrid::size, "")
+      .method("gap", &AprilGrid::gap, "Metres of white between neighbouring tags.")
+      .method("size", &AprilGrid::size, "Number of tag corners, four a tag.")
       .method(
           "point_in_board",
           [](const AprilGrid& self, int index) {
@@ -198,8 +207,8 @@ void bind_april_grid(py::module_& m) {
             require_pixel({self.size(), 1}, index, 0, "AprilGrid.point_in_board");
             return self.point_in_board(index);
           },
-          "", py::arg("index"))
-      .method("marker_count", &AprilGrid::marker_count, "")
+          "Point number `index` in the board\'s frame, (3,), metres; z is 0.", py::arg("index"))
+      .method("marker_count", &AprilGrid::marker_count, "Number of markers.")
       .method(
           "marker_in_board",
           [](const AprilGrid& self, int id) {
@@ -208,11 +217,12 @@ void bind_april_grid(py::module_& m) {
             return self.marker_in_board(id);
           },
           "The tag's top-left corner.", py::arg("id"))
-      .method("is_symmetric_180", &AprilGrid::is_symmetric_180, "")
-      .method("is_coded", &AprilGrid::is_coded, "")
-      .method("scaled", &AprilGrid::scaled, "", py::arg("factor"))
-      .method("flaw", &AprilGrid::flaw, "")
-      .method("__eq__", &AprilGrid::operator==, "", py::arg("o"));
+      .method("is_symmetric_180", &AprilGrid::is_symmetric_180,
+              "Does the board look the same when it is rotated by 180 degrees?")
+      .method("is_coded", &AprilGrid::is_coded, "Do its markers tell which point is which?")
+      .method("scaled", &AprilGrid::scaled, "The board with all lengths multiplied by `factor`.",
+              py::arg("factor"))
+      .method("flaw", &AprilGrid::flaw, "What is wrong with its numbers, in words; empty for a sound board.");
 }
 
 void bind_any_board(py::module_& m) {
@@ -237,22 +247,26 @@ void bind_board_artwork(py::module_& m) {
   Record<ArtworkRectangle> artwork_rectangle(m, "ArtworkRectangle",
                                              "Sides parallel to the board's axes, metres.");
   artwork_rectangle.fields_init()
-      .field("low", &ArtworkRectangle::low, "")
-      .field("high", &ArtworkRectangle::high, "")
-      .method("contains", &ArtworkRectangle::contains, "", py::arg("p"));
+      .field("low", &ArtworkRectangle::low, "the corner with the smaller x and y, metres")
+      .field("high", &ArtworkRectangle::high, "the corner with the larger x and y, metres")
+      .method("contains", &ArtworkRectangle::contains,
+              "Is the point (2,), metres in the board's frame, in it?", py::arg("p"));
 
-  Record<ArtworkDisc> artwork_disc(m, "ArtworkDisc", "");
+  Record<ArtworkDisc> artwork_disc(
+      m, "ArtworkDisc", "A black disc of a board: centre and radius in metres, in the board's frame.");
   artwork_disc.fields_init()
-      .field("centre", &ArtworkDisc::centre, "")
+      .field("centre", &ArtworkDisc::centre, "metres")
       .field("radius", &ArtworkDisc::radius, "metres")
-      .method("contains", &ArtworkDisc::contains, "", py::arg("p"));
+      .method("contains", &ArtworkDisc::contains, "Is the point (2,), metres in the board's frame, in it?",
+              py::arg("p"));
 
   Record<BoardArtwork> board_artwork(m, "BoardArtwork", "Dark shapes on light paper; none overlap.");
   board_artwork.fields_init()
       .field("rectangles", &BoardArtwork::rectangles, "")
       .field("discs", &BoardArtwork::discs, "")
       .field("sheet", &BoardArtwork::sheet, "the shapes and the light rim that a detector needs round them")
-      .method("is_dark", &BoardArtwork::is_dark, "", py::arg("point_in_board"));
+      .method("is_dark", &BoardArtwork::is_dark, "Is the board black at the point (2,), metres in its frame?",
+              py::arg("point_in_board"));
 
   function(m, Gil::kHeld, "print_of", &procam::print_of,
            "The smallest rectangle that holds all that is dark: known from the layout, without a\n"
@@ -314,7 +328,8 @@ void bind_marker_detections(py::module_& m) {
       .field("coarse", &SeenMarker::coarse,
              "That failed as well: the corners are the detector's, with a covariance to match.");
 
-  Record<MarkerDetections> marker_detections(m, "MarkerDetections", "");
+  Record<MarkerDetections> marker_detections(m, "MarkerDetections",
+                                             "Markers found in one image, with their corners in pixels.");
   marker_detections.fields_init()
       .field("image_size", &MarkerDetections::image_size, "")
       .field("markers", &MarkerDetections::markers, "by id")
@@ -341,7 +356,7 @@ void bind_marker_map(py::module_& m) {
       .field("angle_sigma", &MarkerMap::angle_sigma,
              "How well the places are known, one standard deviation an axis, in each marker's own\n"
              "frame: metres, radians. 0: exactly.")
-      .method("find", &MarkerMap::find, "", py::arg("id"));
+      .method("find", &MarkerMap::find, "The marker with this id, or None.", py::arg("id"));
 
   Record<EdgeFoot> edge_foot(
       m, "EdgeFoot",

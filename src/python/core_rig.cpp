@@ -17,7 +17,10 @@ void bind_stripes(py::module_& m) {
       .value("kCameraX", ScanAxis::kCameraX)
       .value("kCameraY", ScanAxis::kCameraY);
 
-  Record<StripeEdge> stripe_edge(m, "StripeEdge", "");
+  Record<StripeEdge> stripe_edge(
+      m, "StripeEdge",
+      "One boundary of a stripe pattern, found along a row or column of the camera's\n"
+      "image.");
   stripe_edge.fields_init()
       .field("camera_pixel", &StripeEdge::camera_pixel, "integer across the scan, sub-pixel along it")
       .field("projector_coordinate", &StripeEdge::projector_coordinate, "the boundary, e.g. k*step - 1/2")
@@ -47,8 +50,8 @@ void bind_noise_model(py::module_& m) {
       "whose grey values are not proportional to light. With I = E^(1/gamma) the noise of E\n"
       "is scaled by dI/dE, so dark pixels are the noisiest and per_level is negative.");
   noise_model.fields_init()
-      .field("at_black", &NoiseModel::at_black, "")
-      .field("per_level", &NoiseModel::per_level, "")
+      .field("at_black", &NoiseModel::at_black, "variance at grey level 0, grey levels squared")
+      .field("per_level", &NoiseModel::per_level, "growth of the variance a grey level, grey levels")
       .field("departure", &NoiseModel::departure, "at 0, kSpacing, ... 256; linear between")
       .method(
           "variance",
@@ -56,11 +59,14 @@ void bind_noise_model(py::module_& m) {
             require(std::isfinite(grey), "NoiseModel.variance: a grey level that is not finite");
             return self.variance(grey);
           },
-          "", py::arg("grey"));
+          "Variance of a pixel of this grey level (0 .. 255), in grey levels squared.", py::arg("grey"));
 }
 
 void bind_decoded_map(py::module_& m) {
-  Record<DecodedMap> decoded_map(m, "DecodedMap", "");
+  Record<DecodedMap> decoded_map(
+      m, "DecodedMap",
+      "For each camera pixel the projector pixel that lights it, in whole pixels, and\n"
+      "whether it is known.");
   decoded_map.fields_init()
       .field("projector_size", &DecodedMap::projector_size, "")
       .field("step", &DecodedMap::step, "stripe width in projector pixels")
@@ -71,7 +77,7 @@ void bind_decoded_map(py::module_& m) {
              "the smallest |pattern - inverse| of the pixel's bits, in grey levels")
       .field("noise", &DecodedMap::noise, "of the captures, as measured")
       .field("diagnostics", &DecodedMap::diagnostics, "")
-      .method("camera_size", &DecodedMap::camera_size, "")
+      .method("camera_size", &DecodedMap::camera_size, "Size of the map: that of the camera's image, pixels.")
       .method(
           "decoded",
           [](const DecodedMap& self, int x, int y) {
@@ -79,7 +85,7 @@ void bind_decoded_map(py::module_& m) {
             require_pixel(self.rows.size(), x, y, "DecodedMap.decoded");
             return self.decoded(x, y);
           },
-          "", py::arg("x"), py::arg("y"))
+          "Is the projector pixel at camera pixel (x, y) known?", py::arg("x"), py::arg("y"))
       .method(
           "confidence",
           [](const DecodedMap& self, int x, int y) {
@@ -110,8 +116,8 @@ void bind_decoded_map(py::module_& m) {
 }
 
 void bind_frame_sequence(py::module_& m) {
-  Record<SequenceFrame> sequence_frame(m, "SequenceFrame", "");
-  Enum<SequenceFrame::Kind>(sequence_frame.type, "Kind", "")
+  Record<SequenceFrame> sequence_frame(m, "SequenceFrame", "What one frame of a sequence of patterns is.");
+  Enum<SequenceFrame::Kind>(sequence_frame.type, "Kind", "Gray code, phase, white, black, or not used.")
       .value("kGray", SequenceFrame::Kind::kGray, "one bit of a Gray code, in black and white")
       .value("kPhase", SequenceFrame::Kind::kPhase, "one step of a cosine wave")
       .value("kWhite", SequenceFrame::Kind::kWhite, "full light")
@@ -137,7 +143,9 @@ void bind_frame_sequence(py::module_& m) {
 }
 
 void bind_light_map(py::module_& m) {
-  Record<LightMap> light_map(m, "LightMap", "");
+  Record<LightMap> light_map(m, "LightMap",
+                             "For each camera pixel the projector pixel that lights it, in fractions of\n"
+                             "pixels, with standard deviations.");
   light_map.fields_init()
       .field("projector_size", &LightMap::projector_size, "")
       .field("pixel", &LightMap::pixel,
@@ -147,7 +155,7 @@ void bind_light_map(py::module_& m) {
              "decoded")
       .field("period", &LightMap::period, "of the finest wave, projector pixels: what errors may repeat with")
       .field("diagnostics", &LightMap::diagnostics, "")
-      .method("camera_size", &LightMap::camera_size, "")
+      .method("camera_size", &LightMap::camera_size, "Size of the map: that of the camera's image, pixels.")
       .method(
           "decoded",
           [](const LightMap& self, int x, int y) {
@@ -157,7 +165,7 @@ void bind_light_map(py::module_& m) {
                     "LightMap.decoded: pixel and sigma need two channels");
             return self.decoded(x, y);
           },
-          "", py::arg("x"), py::arg("y"))
+          "Is the projector pixel at camera pixel (x, y) known?", py::arg("x"), py::arg("y"))
       .method(
           "projector_pixel",
           [](const LightMap& self, int x, int y) {
@@ -167,7 +175,7 @@ void bind_light_map(py::module_& m) {
                     "LightMap.projector_pixel: pixel and sigma need two channels");
             return self.projector_pixel(x, y);
           },
-          "", py::arg("x"), py::arg("y"));
+          "The projector pixel (2,) that lights camera pixel (x, y), or None.", py::arg("x"), py::arg("y"));
 }
 
 void bind_observations(py::module_& m) {
@@ -177,7 +185,7 @@ void bind_observations(py::module_& m) {
       "light falls on the point).");
   observation.fields_init()
       .field("point", &Observation::point, "index into points_in_board()")
-      .field("pixel", &Observation::pixel, "")
+      .field("pixel", &Observation::pixel, "pixels")
       .field("covariance", &Observation::covariance, "pixel^2: what the detector believes")
       .field("camera", &Observation::camera,
              "Of a projector's pixel: the camera that read it off the light, as index into\n"
@@ -202,12 +210,12 @@ void bind_observations(py::module_& m) {
       "sees or lights it.");
   point_pair.fields_init()
       .field("name", &PointPair::name, "for messages: \"door, top left\"; may be empty")
-      .field("point_in_world", &PointPair::point_in_world, "")
-      .field("pixel", &PointPair::pixel, "");
+      .field("point_in_world", &PointPair::point_in_world, "metres")
+      .field("pixel", &PointPair::pixel, "pixels");
 }
 
 void bind_correspondences(py::module_& m) {
-  Enum<DeviceKind>(m, "DeviceKind", "")
+  Enum<DeviceKind>(m, "DeviceKind", "Camera or projector.")
       .value("kCamera", DeviceKind::kCamera)
       .value("kProjector", DeviceKind::kProjector);
 
@@ -225,9 +233,9 @@ void bind_correspondences(py::module_& m) {
       "paper, also beside the print) is unknown. The camera measured it.");
   light_point.fields_init()
       .field("projector", &LightPoint::projector, "index into Correspondences::devices")
-      .field("projector_pixel", &LightPoint::projector_pixel, "")
+      .field("projector_pixel", &LightPoint::projector_pixel, "pixels")
       .field("camera", &LightPoint::camera, "index into Correspondences::devices")
-      .field("camera_pixel", &LightPoint::camera_pixel, "")
+      .field("camera_pixel", &LightPoint::camera_pixel, "pixels")
       .field("camera_covariance", &LightPoint::camera_covariance, "pixel^2: what the detector believes")
       .field("point", &LightPoint::point,
              "its number in what was shown; -1 unless views can be compared by it");
@@ -280,23 +288,25 @@ void bind_provenance(py::module_& m) {
              "By device name: the held-out error that the rig's covariance explains (1 sigma of\n"
              "its parameters, with the residuals of the fit). Absent where it cannot be computed.")
       .field("gates", &RigQuality::gates, "")
-      .method("passed", &RigQuality::passed, "");
+      .method("passed", &RigQuality::passed, "Did no quality check fail?");
 }
 
 void bind_rig(py::module_& m) {
-  Record<RigCamera> rig_camera(m, "RigCamera", "");
+  Record<RigCamera> rig_camera(m, "RigCamera", "A camera, its name, and its pose in the rig.");
   rig_camera.fields_init()
       .field("name", &RigCamera::name, "")
       .field("camera", &RigCamera::camera, "")
       .field("rig_from_camera", &RigCamera::rig_from_camera, "");
 
-  Record<RigProjector> rig_projector(m, "RigProjector", "");
+  Record<RigProjector> rig_projector(m, "RigProjector", "A projector, its name, and its pose in the rig.");
   rig_projector.fields_init()
       .field("name", &RigProjector::name, "")
       .field("projector", &RigProjector::projector, "")
       .field("rig_from_projector", &RigProjector::rig_from_projector, "");
 
-  Record<Rig> rig(m, "Rig", "");
+  Record<Rig> rig(m, "Rig",
+                  "Cameras and projectors that are mounted rigidly, with the covariance of their\n"
+                  "parameters.");
   rig.fields_init()
       .field("cameras", &Rig::cameras,
              "the first one's frame is the rig's frame, unless the user chose another")
@@ -307,17 +317,20 @@ void bind_rig(py::module_& m) {
       .field("quality", &Rig::quality, "")
       .field("provenance", &Rig::provenance, "")
       .method("camera", &Rig::camera,
-              "The only camera / projector, or the one of that name. Throws Error(kInput) with the\n"
+              "The only camera / projector, or the one of that name. Raises Error(kInput) with the\n"
               "names there are.",
               py::arg("name") = "")
-      .method("projector", &Rig::projector, "", py::arg("name") = "")
-      .method("projector_from_camera", &Rig::projector_from_camera, "", py::arg("projector_name") = "",
-              py::arg("camera_name") = "");
+      .method("projector", &Rig::projector,
+              "A copy of the projector with this name; without a name, of the first.", py::arg("name") = "")
+      .method("projector_from_camera", &Rig::projector_from_camera,
+              "Pose of the camera in the projector's frame; without names, of the first of\n"
+              "each.",
+              py::arg("projector_name") = "", py::arg("camera_name") = "");
 
   function(m, Gil::kHeld, "room_frames", &procam::room_frames,
            "Frames \"rig\", every device's name and \"world\". The pose may place the world relative\n"
            "to \"projector\" (which means `projector`), the rig or any device, in either\n"
-           "direction. Throws as FrameTree::set does.",
+           "direction. Raises as FrameTree::set does.",
            py::arg("rig"), py::arg("projector"), py::arg("pose"));
 }
 

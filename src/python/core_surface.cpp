@@ -34,7 +34,8 @@ void bind_flat_surfaces(py::module_& m) {
       .field("shape", &PixelSurface::shape, "")
       .field("columns", &PixelSurface::columns, "of a grid or a Bezier patch, 2 to 16")
       .field("rows", &PixelSurface::rows, "")
-      .method("is_curved", &PixelSurface::is_curved, "")
+      .method("is_curved", &PixelSurface::is_curved,
+              "Is it more than one flat quadrilateral of projector pixels?")
       .method(
           "point",
           [](const PixelSurface& self, const Vec2& uv) {
@@ -43,7 +44,7 @@ void bind_flat_surfaces(py::module_& m) {
             return self.point(uv);
           },
           "the projector pixel of a content position, of a grid or a Bezier patch", py::arg("uv"))
-      .method("fault", &PixelSurface::fault, "")
+      .method("fault", &PixelSurface::fault, "What is wrong with its shape, in words; empty for a sound one.")
       .method("as_grid", &PixelSurface::as_grid, "points (x, y, 0), pixels instead of metres")
       .method("as_bezier", &PixelSurface::as_bezier, "points (x, y, 0), pixels instead of metres");
 
@@ -95,9 +96,12 @@ void bind_curved_surfaces(py::module_& m) {
             require(self.fault() == nullptr, "BezierSurface.point: the surface has a fault");
             return self.point(uv);
           },
-          "", py::arg("uv"))
-      .method("cells", &BezierSurface::cells, "")
-      .method("fault", &BezierSurface::fault, "");
+          "Point of the surface at content position uv (2,), 0 .. 1: (3,), metres, in the\n"
+          "surface\'s frame.",
+          py::arg("uv"))
+      .method("cells", &BezierSurface::cells, "Columns and rows of the quadrilaterals that draw it.")
+      .method("fault", &BezierSurface::fault,
+              "What is wrong with its shape, in words; empty for a sound one.");
 
   Record<GridSurface, InRoom> grid_surface(
       m, "GridSurface",
@@ -113,9 +117,11 @@ void bind_curved_surfaces(py::module_& m) {
             require(self.fault() == nullptr, "GridSurface.point: the surface has a fault");
             return self.point(uv);
           },
-          "", py::arg("uv"))
-      .method("cells", &GridSurface::cells, "")
-      .method("fault", &GridSurface::fault, "");
+          "Point of the surface at content position uv (2,), 0 .. 1: (3,), metres, in the\n"
+          "surface\'s frame.",
+          py::arg("uv"))
+      .method("cells", &GridSurface::cells, "Columns and rows of the quadrilaterals that draw it.")
+      .method("fault", &GridSurface::fault, "What is wrong with its shape, in words; empty for a sound one.");
 }
 
 void bind_round_surfaces(py::module_& m) {
@@ -137,9 +143,13 @@ void bind_round_surfaces(py::module_& m) {
       .field("top", &CylinderSurface::top, "metres along y, top < bottom")
       .field("bottom", &CylinderSurface::bottom, "metres along y, top < bottom")
       .field("seen_from", &CylinderSurface::seen_from, "")
-      .method("point", &CylinderSurface::point, "", py::arg("uv"))
-      .method("cells", &CylinderSurface::cells, "")
-      .method("fault", &CylinderSurface::fault, "");
+      .method("point", &CylinderSurface::point,
+              "Point of the surface at content position uv (2,), 0 .. 1: (3,), metres, in the\n"
+              "surface's frame.",
+              py::arg("uv"))
+      .method("cells", &CylinderSurface::cells, "Columns and rows of the quadrilaterals that draw it.")
+      .method("fault", &CylinderSurface::fault,
+              "What is wrong with its shape, in words; empty for a sound one.");
 
   Record<SphereSurface, InRoom> sphere_surface(
       m, "SphereSurface",
@@ -155,9 +165,13 @@ void bind_round_surfaces(py::module_& m) {
       .field("top", &SphereSurface::top, "latitudes, radians, pi/2 >= top > bottom >= -pi/2")
       .field("bottom", &SphereSurface::bottom, "latitudes, radians, pi/2 >= top > bottom >= -pi/2")
       .field("seen_from", &SphereSurface::seen_from, "")
-      .method("point", &SphereSurface::point, "", py::arg("uv"))
-      .method("cells", &SphereSurface::cells, "")
-      .method("fault", &SphereSurface::fault, "");
+      .method("point", &SphereSurface::point,
+              "Point of the surface at content position uv (2,), 0 .. 1: (3,), metres, in the\n"
+              "surface's frame.",
+              py::arg("uv"))
+      .method("cells", &SphereSurface::cells, "Columns and rows of the quadrilaterals that draw it.")
+      .method("fault", &SphereSurface::fault,
+              "What is wrong with its shape, in words; empty for a sound one.");
 }
 
 void bind_mesh_surface(py::module_& m) {
@@ -165,7 +179,7 @@ void bind_mesh_surface(py::module_& m) {
   mesh_surface.fields_init()
       .field("file", &MeshSurface::file, ".obj or .ply, beside the surfaces file")
       .field("metres_per_unit", &MeshSurface::metres_per_unit, "of the file's numbers")
-      .method("fault", &MeshSurface::fault, "");
+      .method("fault", &MeshSurface::fault, "What is wrong with its shape, in words; empty for a sound one.");
   mesh_surface.type.def_property(
       "mesh",
       [](const MeshSurface& self) { return self.mesh ? std::optional<Mesh>(*self.mesh) : std::nullopt; },
@@ -219,7 +233,8 @@ void bind_content_layout(py::module_& m) {
              "all of the picture, undistorted and in the middle; beside it nothing is drawn")
       .value("kCover", Fit::kCover, "all of the area, undistorted; what stands over on two sides is cut off");
 
-  Record<ContentLayout> content_layout(m, "ContentLayout", "");
+  Record<ContentLayout> content_layout(m, "ContentLayout",
+                                       "How content fills a surface: its fit, margins and rotation.");
   content_layout.fields_init()
       .field("fit", &ContentLayout::fit, "")
       .field("crop_from", &ContentLayout::crop_from,
@@ -237,9 +252,10 @@ void bind_content_shape(py::module_& m) {
       "outside holes, and with a mask's alpha.");
   content_shape.fields_init()
       .field("outline", &ContentShape::outline, "empty: the whole area")
-      .field("holes", &ContentShape::holes, "")
+      .field("holes", &ContentShape::holes, "corners in content coordinates, 0 .. 1")
       .field("mask_file", &ContentShape::mask_file, "beside the surfaces file; may be empty")
-      .method("is_whole", &ContentShape::is_whole, "");
+      .method("is_whole", &ContentShape::is_whole,
+              "Does all of the content show: no outline, no holes, no mask?");
   content_shape.type.def_property(
       "mask",
       [](const ContentShape& self) { return self.mask ? std::optional<ImageU8>(*self.mask) : std::nullopt; },
@@ -249,7 +265,7 @@ void bind_content_shape(py::module_& m) {
                 ? nullptr
                 : std::make_shared<const ImageU8>(Loader<ImageU8>::from(mask, {"ContentShape", "mask"}));
       },
-      "8-bit grey, (h, w), its corners on the area's; set by io.load_surfaces");
+      "uint8 (h, w), grey, its corners on the area's; set by io.load_surfaces");
 
   function(m, Gil::kHeld, "twice_area", &procam::twice_area,
            "Twice the signed area of a ring; positive clockwise as seen (v runs down).", py::arg("ring"));
@@ -261,11 +277,13 @@ void bind_content_shape(py::module_& m) {
            "Do the segments ab and cd have a point in common?", py::arg("a"), py::arg("b"), py::arg("c"),
            py::arg("d"));
   function(m, Gil::kHeld, "fault_of", py::overload_cast<const ContentShape&>(&procam::fault_of),
-           "Why nothing can be cut out by it, in words; nullopt for a good shape.", py::arg("shape"));
+           "Why nothing can be cut out by it, in words; None for a good shape.", py::arg("shape"));
 }
 
 void bind_surface_definitions(py::module_& m) {
-  Record<Surface> surface_(m, "Surface", "");
+  Record<Surface> surface_(m, "Surface",
+                           "A surface as its file describes it: name, geometry, place, and the points that\n"
+                           "define it.");
   surface_.fields_init()
       .field("name", &Surface::name, "")
       .field("geometry", &Surface::geometry, "")
@@ -325,7 +343,8 @@ void bind_solved_surfaces(py::module_& m) {
              "the coarsest direction over the content (0 for pixel surfaces; of curved surfaces\n"
              "and meshes where light meets them at less than 80 degrees)");
 
-  Record<SolvedSurface> solved_surface(m, "SolvedSurface", "");
+  Record<SolvedSurface> solved_surface(m, "SolvedSurface",
+                                       "A surface whose content has its place in the projector's frame.");
   solved_surface.fields_init()
       .field("surface", &SolvedSurface::surface, "")
       .field("placement", &SolvedSurface::placement, "")
@@ -352,7 +371,7 @@ void bind_warps(py::module_& m) {
   warp_map.fields_init()
       .field("content", &WarpMap::content,
              "the projector's size, 3 channels: u, v, and 1 where the content is shown; else 0 0 0")
-      .method("size", &WarpMap::size, "")
+      .method("size", &WarpMap::size, "Size of the map: that of the projector's frame, pixels.")
       .method(
           "shows",
           [](const WarpMap& self, int x, int y) {
@@ -360,7 +379,7 @@ void bind_warps(py::module_& m) {
             require(self.content.channels() == 3, "WarpMap.shows: content needs three channels");
             return self.shows(x, y);
           },
-          "", py::arg("x"), py::arg("y"))
+          "Does projector pixel (x, y) show content?", py::arg("x"), py::arg("y"))
       .method(
           "at",
           [](const WarpMap& self, int x, int y) {
@@ -368,7 +387,7 @@ void bind_warps(py::module_& m) {
             require(self.content.channels() == 3, "WarpMap.at: content needs three channels");
             return self.at(x, y);
           },
-          "", py::arg("x"), py::arg("y"));
+          "Content position (2,) that projector pixel (x, y) shows, 0 .. 1.", py::arg("x"), py::arg("y"));
 
   Record<WarpMesh> warp_mesh(
       m, "WarpMesh",
@@ -377,7 +396,7 @@ void bind_warps(py::module_& m) {
       "surface/warp.hpp for the error of that.");
   warp_mesh.fields_init()
       .field("projector", &WarpMesh::projector, "")
-      .field("content", &WarpMesh::content, "")
+      .field("content", &WarpMesh::content, "content position of each corner, 0 .. 1")
       .field("pixels", &WarpMesh::pixels, "one a content point")
       .field("triangles", &WarpMesh::triangles, "indices of points");
 }
@@ -430,7 +449,8 @@ void bind_scene(py::module_& m) {
 }  // namespace
 
 void bind_core_surface(py::module_& m) {
-  Record<InRoom> in_room(m, "InRoom", "");
+  Record<InRoom> in_room(m, "InRoom",
+                         "Where a surface is: the frame that it is given in, and its pose there.");
   in_room.fields_init()
       .field("frame", &InRoom::frame,
              "the frame the surface is placed in: \"world\", \"rig\", or \"projector\"")

@@ -20,13 +20,16 @@ void bind_depth_noise(py::module_& m) {
       "\n"
       "  correlated_sigma(z)^2 = (correlated_share sigma(z))^2 + correlated_floor^2");
   depth_noise.fields_init()
-      .field("a", &depth::DepthNoise::a, "")
-      .field("b", &depth::DepthNoise::b, "")
-      .field("c", &depth::DepthNoise::c, "")
-      .field("correlated_share", &depth::DepthNoise::correlated_share, "")
-      .field("correlated_floor", &depth::DepthNoise::correlated_floor, "")
-      .method("sigma", &depth::DepthNoise::sigma, "", py::arg("z"))
-      .method("correlated_sigma", &depth::DepthNoise::correlated_sigma, "", py::arg("z"))
+      .field("a", &depth::DepthNoise::a, "metres")
+      .field("b", &depth::DepthNoise::b, "without unit")
+      .field("c", &depth::DepthNoise::c, "1/metre")
+      .field("correlated_share", &depth::DepthNoise::correlated_share,
+             "share of the noise that neighbours have in common, 0 .. 1")
+      .field("correlated_floor", &depth::DepthNoise::correlated_floor, "metres")
+      .method("sigma", &depth::DepthNoise::sigma,
+              "Standard deviation at depth z (metres) of one pixel, metres.", py::arg("z"))
+      .method("correlated_sigma", &depth::DepthNoise::correlated_sigma,
+              "The part of it that neighbouring pixels have in common, metres.", py::arg("z"))
       .static_method("kinect_v1", &depth::DepthNoise::kinect_v1,
                      "Structured light of the first Kinect: disparities of sigma 1/2 unit make 1.425e-3\n"
                      "z^2 (K. Khoshelham, S. O. Elberink, \"Accuracy and resolution of Kinect depth data\n"
@@ -62,7 +65,7 @@ void bind_depth_image(py::module_& m) {
                        "float32 metres or uint16 units, (h, w), looked at in place: rows must be without\n"
                        "gaps.",
                        py::arg("pixels"), py::arg("metres_per_unit") = 0.001, py::keep_alive<1, 2>());
-  depth_image.method("size", &depth::DepthImage::size, "")
+  depth_image.method("size", &depth::DepthImage::size, "Width and height, pixels.")
       .method(
           "at",
           [](const depth::DepthImage& self, int x, int y) {
@@ -80,8 +83,8 @@ void bind_ray_table(py::module_& m) {
       .field("v", &depth::RayTable::CellRays::v, "of the middle")
       .field("whole", &depth::RayTable::CellRays::whole, "");
   ray_table.init([](const Camera& camera) { return depth::RayTable(camera); }, "", py::arg("camera"))
-      .method("camera", &depth::RayTable::camera, "")
-      .method("size", &depth::RayTable::size, "")
+      .method("camera", &depth::RayTable::camera, "The camera that the rays belong to, a copy.")
+      .method("size", &depth::RayTable::size, "Width and height, pixels.")
       .method("columns", &depth::RayTable::columns, "Cells; those at the right edge may be cut.")
       .method("rows", &depth::RayTable::rows, "Cells; those at the lower edge may be cut.")
       .method(
@@ -104,8 +107,8 @@ void bind_ray_table(py::module_& m) {
             require_pixel({self.columns(), self.rows()}, column, row, "RayTable.cell");
             return self.cell(column, row);
           },
-          "", py::arg("column"), py::arg("row"))
-      .method("is_pinhole", &depth::RayTable::is_pinhole, "")
+          "The rays of one cell of the table.", py::arg("column"), py::arg("row"))
+      .method("is_pinhole", &depth::RayTable::is_pinhole, "Is the lens without distortion?")
       .method("pixel_of", &depth::RayTable::pixel_of, "The pixel of a ray, through the lens.", py::arg("u"),
               py::arg("v"));
 }
@@ -117,9 +120,10 @@ void bind_plane_types(py::module_& m) {
       "normal: two directions of the normal (radians) and the offset (metres).");
   plane_estimate.fields_init()
       .field("plane", &depth::PlaneEstimate::plane, "")
-      .field("covariance", &depth::PlaneEstimate::covariance, "");
+      .field("covariance", &depth::PlaneEstimate::covariance,
+             "of normal (three numbers) and offset (metres)");
 
-  Record<depth::PlaneOptions> plane_options(m, "PlaneOptions", "");
+  Record<depth::PlaneOptions> plane_options(m, "PlaneOptions", "Which planes find_planes() keeps.");
   plane_options.fields_init()
       .field("noise", &depth::PlaneOptions::noise, "")
       .field("nearest", &depth::PlaneOptions::nearest, "readings outside are ignored, metres")
@@ -135,7 +139,8 @@ void bind_plane_types(py::module_& m) {
              "case. Lower finds flatter curves, and then takes the depth camera's own distortion\n"
              "for one.");
 
-  Record<depth::DetectedPlane> detected_plane(m, "DetectedPlane", "");
+  Record<depth::DetectedPlane> detected_plane(m, "DetectedPlane",
+                                              "One plane of a depth image, with covariance and pixels.");
   detected_plane.fields_init()
       .field("estimate", &depth::DetectedPlane::estimate,
              "camera frame, the normal towards the camera (offset > 0)")
@@ -161,7 +166,7 @@ void bind_plane_types(py::module_& m) {
 }
 
 void bind_planes(py::module_& m) {
-  Record<depth::Planes> planes(m, "Planes", "");
+  Record<depth::Planes> planes(m, "Planes", "The planes of a depth image, and which pixel belongs to which.");
   planes.fields_init()
       .field("planes", &depth::Planes::planes, "the largest in pixels first")
       .field("curves", &depth::Planes::curves, "")
@@ -181,7 +186,7 @@ void bind_planes(py::module_& m) {
            "%).",
            py::arg("estimate"), py::arg("truth"));
   function(m, "find_planes", &depth::find_planes,
-           "Throws std::invalid_argument for an image that is not of the camera's size or\n"
+           "Raises ValueError for an image that is not of the camera's size or\n"
            "options out of range. An image without a reading has no planes.",
            py::arg("image"), py::arg("rays"), py::arg_v("options", depth::PlaneOptions{}, "PlaneOptions()"));
   function(m, "noise_ratio", &depth::noise_ratio,
@@ -196,25 +201,28 @@ void bind_plane_areas(py::module_& m) {
       "A raster over a plane, in its frame: cell (i, j) covers `low` + `cell` * [i, i+1] x\n"
       "[j, j+1], metres.");
   plane_raster.fields_init()
-      .field("low", &depth::PlaneRaster::low, "")
-      .field("cell", &depth::PlaneRaster::cell, "")
+      .field("low", &depth::PlaneRaster::low, "the corner with the smaller x and y, metres")
+      .field("cell", &depth::PlaneRaster::cell, "side of a cell, metres")
       .field("free", &depth::PlaneRaster::free, "1: the plane is seen there")
-      .method("corner", &depth::PlaneRaster::corner, "", py::arg("i"), py::arg("j"));
+      .method("corner", &depth::PlaneRaster::corner,
+              "The corner (2,) of cell (i, j) with the smaller x and y, metres on the plane.", py::arg("i"),
+              py::arg("j"));
 
-  Record<depth::FreeRectangle> free_rectangle(m, "FreeRectangle", "");
+  Record<depth::FreeRectangle> free_rectangle(m, "FreeRectangle",
+                                              "A rectangle on a plane in which nothing is in the way.");
   free_rectangle.fields_init()
       .field("low", &depth::FreeRectangle::low, "metres in the plane's frame")
       .field("high", &depth::FreeRectangle::high, "metres in the plane's frame")
-      .method("size", &depth::FreeRectangle::size, "")
-      .method("area", &depth::FreeRectangle::area, "");
+      .method("size", &depth::FreeRectangle::size, "Width and height (2,), metres.")
+      .method("area", &depth::FreeRectangle::area, "Square metres.");
 
   Record<depth::PlaneOutline> plane_outline(
       m, "PlaneOutline", "One connected part: clockwise as seen by the reader, holes the other way round.");
   plane_outline.fields_init()
-      .field("outer", &depth::PlaneOutline::outer, "")
-      .field("holes", &depth::PlaneOutline::holes, "");
+      .field("outer", &depth::PlaneOutline::outer, "corners on the plane, metres")
+      .field("holes", &depth::PlaneOutline::holes, "corners on the plane, metres");
 
-  Record<depth::AreaOptions> area_options(m, "AreaOptions", "");
+  Record<depth::AreaOptions> area_options(m, "AreaOptions", "How areas of planes are outlined.");
   area_options.fields_init()
       .field("cell", &depth::AreaOptions::cell,
              "metres; made larger where a plane would have more than 2^18 cells")
@@ -224,13 +232,14 @@ void bind_plane_areas(py::module_& m) {
       .field("min_part", &depth::AreaOptions::min_part,
              "square metres: smaller parts and holes are not part of the outline");
 
-  Record<depth::PlaneArea> plane_area(m, "PlaneArea", "");
+  Record<depth::PlaneArea> plane_area(
+      m, "PlaneArea", "The area of a plane that was seen: outline, holes, largest rectangle; metres.");
   plane_area.fields_init()
       .field("camera_from_plane", &depth::PlaneArea::camera_from_plane, "")
       .field("raster", &depth::PlaneArea::raster, "")
       .field("area", &depth::PlaneArea::area, "square metres, of the free cells")
       .field("outlines", &depth::PlaneArea::outlines, "")
-      .field("rectangle", &depth::PlaneArea::rectangle, "nullopt where none is large enough");
+      .field("rectangle", &depth::PlaneArea::rectangle, "None where none is large enough");
 
   function(m, "area_of", &depth::area_of,
            "Of the plane's labels as the camera sees them. Single pixels without a label do not\n"
@@ -250,7 +259,8 @@ void bind_plane_areas(py::module_& m) {
 }
 
 void bind_main_planes(py::module_& m) {
-  Record<depth::MainPlaneOptions> main_plane_options(m, "MainPlaneOptions", "");
+  Record<depth::MainPlaneOptions> main_plane_options(m, "MainPlaneOptions",
+                                                     "How the floor and the walls are chosen.");
   main_plane_options.fields_init()
       .field("band_floor", &depth::MainPlaneOptions::band_floor,
              "metres: half of the steps that one plane may have, near the camera")
@@ -260,7 +270,7 @@ void bind_main_planes(py::module_& m) {
              "Of the readings: a main plane has at least so many. Where the parts are smaller,\n"
              "bands find planes in any clutter.");
 
-  Record<depth::MainPlanes> main_planes(m, "MainPlanes", "");
+  Record<depth::MainPlanes> main_planes(m, "MainPlanes", "Floor, ceiling and walls.");
   main_planes.fields_init()
       .field("planes", &depth::MainPlanes::planes,
              "As find_planes() returns them, main planes in the place of what they are made of. A\n"
@@ -272,14 +282,14 @@ void bind_main_planes(py::module_& m) {
 
   function(m, "main_planes", &depth::main_planes,
            "`fine` is of the same image and camera. Takes ten milliseconds or more: it is no\n"
-           "part of find_planes(). Throws std::invalid_argument where sizes differ or options\n"
+           "part of find_planes(). Raises ValueError where sizes differ or options\n"
            "are out of range.",
            py::arg("fine"), py::arg("image"), py::arg("rays"),
            py::arg_v("options", depth::MainPlaneOptions{}, "MainPlaneOptions()"));
 }
 
 void bind_plane_kinds(py::module_& m) {
-  Enum<depth::PlaneKind>(m, "PlaneKind", "")
+  Enum<depth::PlaneKind>(m, "PlaneKind", "What a plane is by its direction and height.")
       .value("kUnknown", depth::PlaneKind::kUnknown)
       .value("kWall", depth::PlaneKind::kWall)
       .value("kFloor", depth::PlaneKind::kFloor)
@@ -317,7 +327,7 @@ void bind_room_surfaces(py::module_& m) {
       .field("angle", &depth::CornerLine::angle,
              "between the two seen sides, radians: pi/2 in a room's corner, 3 pi/2 on a box's edge");
 
-  Record<depth::SurfaceOptions> surface_options(m, "SurfaceOptions", "");
+  Record<depth::SurfaceOptions> surface_options(m, "SurfaceOptions", "Which areas become surfaces.");
   surface_options.fields_init()
       .field("up_in_camera", &depth::SurfaceOptions::up_in_camera,
              "The camera's up: minus gravity. Without it nothing is called wall or floor, and the\n"
@@ -327,14 +337,14 @@ void bind_room_surfaces(py::module_& m) {
       .field("frame_from_camera", &depth::SurfaceOptions::frame_from_camera, "")
       .field("area", &depth::SurfaceOptions::area, "");
 
-  Record<depth::SurfaceArea> surface_area(m, "SurfaceArea", "");
+  Record<depth::SurfaceArea> surface_area(m, "SurfaceArea", "An area that becomes a surface.");
   surface_area.fields_init()
       .field("name", &depth::SurfaceArea::name, "as in the set")
       .field("kind", &depth::SurfaceArea::kind, "")
       .field("plane", &depth::SurfaceArea::plane, "place in Planes::planes")
       .field("area", &depth::SurfaceArea::area, "");
 
-  Record<depth::RoomSurfaces> room_surfaces(m, "RoomSurfaces", "");
+  Record<depth::RoomSurfaces> room_surfaces(m, "RoomSurfaces", "Surfaces of a room, by a depth image.");
   room_surfaces.fields_init()
       .field("set", &depth::RoomSurfaces::set,
              "Planes by their free rectangle, content (0, 0) .. (1, 1) on it, read upright; then\n"
@@ -352,9 +362,10 @@ void bind_room_surfaces(py::module_& m) {
 }
 
 void bind_plane_map(py::module_& m) {
-  Record<depth::PlaneMapOptions> plane_map_options(m, "PlaneMapOptions", "");
+  Record<depth::PlaneMapOptions> plane_map_options(m, "PlaneMapOptions",
+                                                   "When planes are added to a map, moved and dropped.");
   plane_map_options.fields_init()
-      .field("up_in_world", &depth::PlaneMapOptions::up_in_world, "")
+      .field("up_in_world", &depth::PlaneMapOptions::up_in_world, "unit vector")
       .field("noise", &depth::PlaneMapOptions::noise, "as for find_planes()")
       .field("min_observations", &depth::PlaneMapOptions::min_observations,
              "A plane gets its name after this many frames, and only where it was free for about a\n"
@@ -374,7 +385,7 @@ void bind_plane_map(py::module_& m) {
       .field("margin", &depth::PlaneMapOptions::margin, "metres, as in AreaOptions")
       .field("min_side", &depth::PlaneMapOptions::min_side, "metres, as in AreaOptions");
 
-  Record<depth::MapPlane> map_plane(m, "MapPlane", "");
+  Record<depth::MapPlane> map_plane(m, "MapPlane", "One plane of the map, with covariance and age.");
   map_plane.fields_init()
       .field("name", &depth::MapPlane::name, "empty until it is believed; then it never changes")
       .field("kind", &depth::MapPlane::kind, "")
@@ -388,17 +399,17 @@ void bind_plane_map(py::module_& m) {
       .field("seen", &depth::MapPlane::seen, "frames")
       .field("last_seen", &depth::MapPlane::last_seen, "seconds");
 
-  Record<depth::PlaneMap> plane_map(m, "PlaneMap", "");
+  Record<depth::PlaneMap> plane_map(m, "PlaneMap", "Planes that many depth images have in common.");
   plane_map
       .init([](const depth::PlaneMapOptions& options) { return depth::PlaneMap(options); },
-            "Throws std::invalid_argument for options out of range.",
+            "Raises ValueError for options out of range.",
             py::arg_v("options", depth::PlaneMapOptions{}, "PlaneMapOptions()"))
       .method("update", &depth::PlaneMap::update,
-              "One frame at `time`, seconds, which must not go back. Throws std::invalid_argument\n"
+              "One frame at `time`, seconds, which must not go back. Raises ValueError\n"
               "for images of another size than the camera's or a pose that is not finite.",
               py::arg("planes"), py::arg("image"), py::arg("rays"), py::arg("world_from_camera"),
               py::arg("time"))
-      .method("planes", &depth::PlaneMap::planes, "")
+      .method("planes", &depth::PlaneMap::planes, "The planes of the map, copies.")
       .method("surfaces", &depth::PlaneMap::surfaces,
               "Of all named planes with content, in the frame \"world\".")
       .method("replan", &depth::PlaneMap::replan,
@@ -421,8 +432,8 @@ void bind_sensor_check(py::module_& m) {
       .field("fault", &depth::SensorCheck::fault, "empty where the model fits")
       .field("next", &depth::SensorCheck::next, "");
 
-  function(m, "sensor_kinds", &depth::sensor_kinds, "");
-  function(m, "sensor_kind", &depth::sensor_kind, "Throws Error(kInput) for an unknown name.",
+  function(m, "sensor_kinds", &depth::sensor_kinds, "Known depth sensors and their noise.");
+  function(m, "sensor_kind", &depth::sensor_kind, "Raises Error(kInput) for an unknown name.",
            py::arg("name"));
   function(m, "median_depth", &depth::median_depth, "The median of the readings, metres; 0 without readings.",
            py::arg("image"));
@@ -435,7 +446,8 @@ void bind_sensor_check(py::module_& m) {
 }
 
 void bind_room_depth(py::module_& m) {
-  Record<depth::RoomDepthOptions> room_depth_options(m, "RoomDepthOptions", "");
+  Record<depth::RoomDepthOptions> room_depth_options(m, "RoomDepthOptions",
+                                                     "How room_depth() fills and smooths.");
   room_depth_options.fields_init()
       .field("within", &depth::RoomDepthOptions::within,
              "metres along the axis between a reading and the plane that it lies on")
@@ -445,7 +457,7 @@ void bind_room_depth(py::module_& m) {
 
   function(m, "room_depth", &depth::room_depth,
            "Metres along the optical axis; 0: nothing is known there. Exact within a plane, to 4\n"
-           "pixels where planes end. Throws std::invalid_argument for an image that is not of\n"
+           "pixels where planes end. Raises ValueError for an image that is not of\n"
            "the camera's size or options out of range.",
            py::arg("map"), py::arg("image"), py::arg("rays"), py::arg("world_from_camera"),
            py::arg_v("options", depth::RoomDepthOptions{}, "RoomDepthOptions()"));

@@ -23,13 +23,14 @@ void bind_reference_plane(py::module_& m) {
 
   function(m, "fit_reference_plane", &depth::fit_reference_plane,
            "The plane that fits the readings of a region best, and on it the largest upright\n"
-           "rectangle whose corners the region sees. Throws Error(kInput), Error(kNotEnoughData)\n"
+           "rectangle whose corners the region sees. Raises Error(kInput), Error(kNotEnoughData)\n"
            "and Error(kDegenerate).",
            py::arg("image"), py::arg("rays"), py::arg("region") = std::nullopt);
 }
 
 void bind_height_map(py::module_& m) {
-  Record<depth::HeightFieldOptions> height_field_options(m, "HeightFieldOptions", "");
+  Record<depth::HeightFieldOptions> height_field_options(m, "HeightFieldOptions",
+                                                         "Cells, noise and memory of a height field.");
   height_field_options.fields_init()
       .field("noise", &depth::HeightFieldOptions::noise, "")
       .field("cell", &depth::HeightFieldOptions::cell, "metres, the side of a cell")
@@ -56,7 +57,7 @@ void bind_height_map(py::module_& m) {
             require_pixel(self.sigma.size(), column, row, "HeightMap.is_known");
             return self.is_known(column, row);
           },
-          "", py::arg("column"), py::arg("row"));
+          "Is the height of this cell known?", py::arg("column"), py::arg("row"));
 
   function(m, "mesh_of", &depth::mesh_of,
            "Triangles between the middles of cells, in the reference frame; without a triangle\n"
@@ -72,15 +73,15 @@ void bind_height_field(py::module_& m) {
   height_field
       .init([](const Vec2& size,
                const depth::HeightFieldOptions& options) { return depth::HeightField(size, options); },
-            "Throws std::invalid_argument for a size under two cells or above 1000 a side, and for\n"
+            "Raises ValueError for a size under two cells or above 1000 a side, and for\n"
             "options out of range.",
             py::arg("size"), py::arg_v("options", depth::HeightFieldOptions{}, "HeightFieldOptions()"))
-      .method("columns", &depth::HeightField::columns, "")
-      .method("rows", &depth::HeightField::rows, "")
+      .method("columns", &depth::HeightField::columns, "Number of columns of cells.")
+      .method("rows", &depth::HeightField::rows, "Number of rows of cells.")
       .method("size", &depth::HeightField::size, "metres")
       .method("update", &depth::HeightField::update,
               "One image, exposed at `time` (seconds); images that are older than the last are\n"
-              "omitted. Throws std::invalid_argument for another size than the rays' and a pose or time\n"
+              "omitted. Raises ValueError for another size than the rays' and a pose or time\n"
               "that is not finite.",
               py::arg("image"), py::arg("rays"), py::arg("reference_from_camera"), py::arg("time"))
       .method("at", &depth::HeightField::at,
@@ -100,7 +101,8 @@ void bind_height_field(py::module_& m) {
 }
 
 void bind_height_picture(py::module_& m) {
-  Record<depth::HeightColours> height_colours(m, "HeightColours", "");
+  Record<depth::HeightColours> height_colours(m, "HeightColours",
+                                              "Colours of heights, and contour lines; metres.");
   height_colours.fields_init()
       .field("lowest", &depth::HeightColours::lowest, "metres")
       .field("highest", &depth::HeightColours::highest, "metres")

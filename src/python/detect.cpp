@@ -9,7 +9,8 @@ namespace procam::python {
 namespace {
 
 void bind_chessboard(py::module_& m) {
-  Record<detect::ChessboardOptions> chessboard_options(m, "ChessboardOptions", "");
+  Record<detect::ChessboardOptions> chessboard_options(m, "ChessboardOptions",
+                                                       "How chessboard corners are found and refined.");
   chessboard_options.fields_init()
       .field("window_share", &detect::ChessboardOptions::window_share,
              "Half the refinement window, as a share of the distance to the nearest neighbouring\n"
@@ -31,18 +32,22 @@ void bind_chessboard(py::module_& m) {
            "\n"
            "Without a board the observations are empty and the diagnostics say why:\n"
            "\"board_not_found\", or \"board_counts_differ\" when a board with other counts is there.\n"
-           "Rejected corners are named by \"corners_left_out\". Throws std::invalid_argument for\n"
+           "Rejected corners are named by \"corners_left_out\". Raises ValueError for\n"
            "an empty or multi-channel image or a board below 3x3.",
            py::arg("image"), py::arg("board"),
            py::arg_v("options", detect::ChessboardOptions{}, "ChessboardOptions()"));
 }
 
 void bind_board(py::module_& m) {
-  Record<detect::BoardOptions> board_options(m, "BoardOptions", "");
-  Record<detect::BoardOptions::Charuco> charuco(board_options.type, "Charuco", "");
-  Record<detect::BoardOptions::Markers> markers(board_options.type, "Markers", "");
-  Record<detect::BoardOptions::Circles> circles(board_options.type, "Circles", "");
-  Record<detect::BoardOptions::AprilGrid> april_grid(board_options.type, "AprilGrid", "");
+  Record<detect::BoardOptions> board_options(m, "BoardOptions", "How boards of each kind are found.");
+  Record<detect::BoardOptions::Charuco> charuco(board_options.type, "Charuco",
+                                                "How ChArUco boards are found.");
+  Record<detect::BoardOptions::Markers> markers(board_options.type, "Markers",
+                                                "How grids of markers are found.");
+  Record<detect::BoardOptions::Circles> circles(board_options.type, "Circles",
+                                                "How grids of circles are found.");
+  Record<detect::BoardOptions::AprilGrid> april_grid(board_options.type, "AprilGrid",
+                                                     "How grids of AprilTags are found.");
   board_options.fields_init()
       .field("chessboard", &detect::BoardOptions::chessboard, "")
       .field("charuco", &detect::BoardOptions::charuco, "")
@@ -75,13 +80,14 @@ void bind_board(py::module_& m) {
   function(m, "board_artwork", &detect::board_artwork,
            "Dark shapes in the board's frame, and the sheet with the light rim that the detector\n"
            "needs: a square round a chessboard, half a square round a ChArUco board, a gap and a\n"
-           "module at least round markers, half a spacing round circles. Throws\n"
-           "std::invalid_argument for a board with a flaw().",
+           "module at least round markers, half a spacing round circles. Raises\n"
+           "ValueError for a board with a flaw().",
            py::arg("board"));
 }
 
 void bind_marker_edges(py::module_& m) {
-  Record<detect::MarkerEdgeOptions> marker_edge_options(m, "MarkerEdgeOptions", "");
+  Record<detect::MarkerEdgeOptions> marker_edge_options(m, "MarkerEdgeOptions",
+                                                        "How the edges of markers are fitted.");
   marker_edge_options.fields_init().field(
       "camera", &detect::MarkerEdgeOptions::camera,
       "The camera, where it is known: edges that the lens bends are straightened. Without\n"
@@ -91,20 +97,21 @@ void bind_marker_edges(py::module_& m) {
            py::arg("dictionary"));
   function(m, "load_marker_cells", &detect::load_marker_cells,
            "The cells of a dictionary of one's own, in OpenCV's file form (nmarkers, markersize,\n"
-           "marker_0: \"0110...\"). Throws Error(kIo) when the file cannot be read, Error(kInput)\n"
+           "marker_0: \"0110...\"). Raises Error(kIo) when the file cannot be read, Error(kInput)\n"
            "when it is no such dictionary.",
            py::arg("path"));
   function(m, "detect_marker_edges", &detect::detect_marker_edges,
            "All markers of the dictionary, by id; of two with one id the larger, with the remark\n"
-           "\"marker_twice\". Nothing found: no markers and \"markers_not_found\". Throws\n"
-           "std::invalid_argument for an empty or multi-channel image, or one whose size is not\n"
+           "\"marker_twice\". Nothing found: no markers and \"markers_not_found\". Raises\n"
+           "ValueError for an empty or multi-channel image, or one whose size is not\n"
            "the camera's.",
            py::arg("image"), py::arg("codes"),
            py::arg_v("options", detect::MarkerEdgeOptions{}, "MarkerEdgeOptions()"));
 }
 
 void bind_shown_board(py::module_& m) {
-  Record<detect::ShownBoardOptions> shown_board_options(m, "ShownBoardOptions", "");
+  Record<detect::ShownBoardOptions> shown_board_options(
+      m, "ShownBoardOptions", "How a chessboard of a shown frame is found in a photograph.");
   shown_board_options.fields_init()
       .field("light_first", &detect::ShownBoardOptions::light_first, "of the frame (pattern/shown_board.hpp)")
       .field("upright", &detect::ShownBoardOptions::upright, "")
@@ -120,14 +127,14 @@ void bind_shown_board(py::module_& m) {
   function(m, "detect_shown_board", &detect::detect_shown_board,
            "Observations numbered row by row as the frame has its corners; remarks as for\n"
            "detect_chessboard(). Corners whose window holds the border of the print, of the\n"
-           "sheet or of the frame are rejected by their residual. `layout` in any unit. Throws\n"
-           "std::invalid_argument when the order is not settled.",
+           "sheet or of the frame are rejected by their residual. `layout` in any unit. Raises\n"
+           "ValueError when the order is not settled.",
            py::arg("photograph"), py::arg("layout"), py::arg("options"));
   function(m, "detect_projected_board", &detect::detect_projected_board,
            "`layout` in any unit, as the projector shows it. Of boards with markers any part is\n"
            "enough; markers that land beside the sheet, on what lies behind it, are rejected as\n"
            "long as two thirds of those that are seen land on it. Remarks as for detect_board().\n"
-           "Throws std::invalid_argument if the two pictures differ in size, are empty, or have\n"
+           "Raises ValueError if the two pictures differ in size, are empty, or have\n"
            "several channels.",
            py::arg("board_lit"), py::arg("flat_lit"), py::arg("layout"),
            py::arg_v("options", detect::BoardOptions{}, "BoardOptions()"));

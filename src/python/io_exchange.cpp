@@ -11,7 +11,8 @@ namespace procam::python {
 namespace {
 
 void bind_calibration_export(py::module_& m) {
-  Enum<io::CalibrationFormat>(m, "CalibrationFormat", "")
+  Enum<io::CalibrationFormat>(m, "CalibrationFormat",
+                              "Formats of other programs that export_calibration() writes.")
       .value("kOpenCv", io::CalibrationFormat::kOpenCv)
       .value("kOpenCvStereo", io::CalibrationFormat::kOpenCvStereo)
       .value("kRos", io::CalibrationFormat::kRos)
@@ -22,23 +23,29 @@ void bind_calibration_export(py::module_& m) {
       .value("kSdf", io::CalibrationFormat::kSdf)
       .value("kGltf", io::CalibrationFormat::kGltf);
 
-  Record<io::ForeignCalibration> foreign_calibration(m, "ForeignCalibration", "");
+  Record<io::ForeignCalibration> foreign_calibration(
+      m, "ForeignCalibration",
+      "The text of a calibration in another program's format, and what the format\n"
+      "cannot hold.");
   foreign_calibration.fields_init()
       .field("text", &io::ForeignCalibration::text, "")
       .field("diagnostics", &io::ForeignCalibration::diagnostics,
              "Warnings \"skew_lost\", \"lens_lost\", \"skew_ignored\", \"frustum_centred\"; notes\n"
-             "\"poses_lost\", \"intrinsics_lost\", \"names_lost\", \"covariance_lost\".");
+             "\"poses_lost\", \"intrinsics_lost\", \"names_lost\", \"name_changed\", \"kinds_lost\",\n"
+             "\"world_lost\", \"covariance_lost\".");
 
-  function(m, "parse_calibration_format", &io::parse_calibration_format,
-           "\"opencv\", \"opencv-stereo\", \"ros\", ... as in the table. Throws Error(kInput) that\n"
-           "suggests the nearest.",
-           py::arg("name"));
+  function(
+      m, "parse_calibration_format", &io::parse_calibration_format,
+      "\"opencv\", \"opencv-stereo\", \"ros\", ... and the other names of docs/exchange.md. Raises Error(kInput) that\n"
+      "suggests the nearest.",
+      py::arg("name"));
   function(m, "export_calibration", &io::export_calibration,
-           "`device` names the camera or projector for a format of one device; empty: the only\n"
-           "one. Throws Error(kInput) when the rig has several, or none of that name, and for a\n"
-           "stereo pair that is not one camera and one projector; Error(kUnsupported) for a lens\n"
-           "that the format has no model for.",
-           py::arg("format"), py::arg("rig"), py::arg("device") = "");
+           "`device` names the camera or projector to write; empty: all, or the only one for a\n"
+           "format of one device. Raises Error(kInput) when the rig has several then, or none of\n"
+           "that name, and for a stereo pair of other than two devices; Error(kUnsupported) for a\n"
+           "lens that the format has no model for. `mount`: of the rig on its robot, for URDF and\n"
+           "SDF.",
+           py::arg("format"), py::arg("rig"), py::arg("device") = "", py::arg("mount") = std::nullopt);
 }
 
 void bind_calibration_import(py::module_& m) {
@@ -53,20 +60,20 @@ void bind_calibration_import(py::module_& m) {
   function(m, "load_calibration", &io::load_calibration,
            "The rig, its frame that of the first camera. Of two devices the second is the\n"
            "projector (two cameras of a stereo calibration too: whoever checks a projector\n"
-           "calibrated it as one). One RMS for both becomes that of each. Throws Error(kInput)\n"
+           "calibrated it as one). One RMS for both becomes that of each. Raises Error(kInput)\n"
            "naming file, line and field where something is missing or not what it should be,\n"
            "Error(kUnsupported) for lens models that procam has not, Error(kIo).",
            py::arg("path"), py::arg_v("context", io::CalibrationContext{}, "CalibrationContext()"));
   function(m, "load_camera", &io::load_camera,
            "One camera for images of `size`: \"fx,fy,cx,cy\" or \"fx,fy,cx,cy,skew\" in pixels,\n"
            "without distortion, or a file as above, in which `name` may be empty when it holds\n"
-           "one camera. Throws Error as load_calibration() does, and Error(kInput) for numbers\n"
+           "one camera. Raises Error as load_calibration() does, and Error(kInput) for numbers\n"
            "that no camera has and for a camera of another size.",
            py::arg("text"), py::arg("name"), py::arg("size"));
 }
 
 void bind_world_axes(py::module_& m) {
-  Enum<io::WorldUp>(m, "WorldUp", "")
+  Enum<io::WorldUp>(m, "WorldUp", "Which axis of a world points up.")
       .value("kZ", io::WorldUp::kZ, "z up, x forward, y left: robots (ROS REP 103), CAD")
       .value("kY", io::WorldUp::kY, "y up, x right, z backward: OpenGL")
       .value("kMinusY", io::WorldUp::kMinusY,
@@ -77,9 +84,9 @@ void bind_world_axes(py::module_& m) {
       "Three directions as unit vectors in some axes; in a left-handed program's axes as\n"
       "well.");
   directions.fields_init()
-      .field("right", &io::Directions::right, "")
-      .field("up", &io::Directions::up, "")
-      .field("forward", &io::Directions::forward, "");
+      .field("right", &io::Directions::right, "unit vector")
+      .field("up", &io::Directions::up, "unit vector")
+      .field("forward", &io::Directions::forward, "unit vector");
 
   function(m, "parse_world_up", &io::parse_world_up, "\"z\", \"y\" or \"-y\"; else Error(kInput).",
            py::arg("text"));
@@ -90,7 +97,7 @@ void bind_world_axes(py::module_& m) {
 }
 
 void bind_camera_settings(py::module_& m) {
-  Enum<io::CameraProgram>(m, "CameraProgram", "")
+  Enum<io::CameraProgram>(m, "CameraProgram", "Programs that draw, for camera_settings().")
       .value("kUnity", io::CameraProgram::kUnity)
       .value("kUnreal", io::CameraProgram::kUnreal)
       .value("kGodot", io::CameraProgram::kGodot)
@@ -99,12 +106,13 @@ void bind_camera_settings(py::module_& m) {
       .value("kSgct", io::CameraProgram::kSgct)
       .value("kOpenGl", io::CameraProgram::kOpenGl);
 
-  Record<io::ClipPlanes> clip_planes(m, "ClipPlanes", "");
+  Record<io::ClipPlanes> clip_planes(m, "ClipPlanes", "Distances of the near and the far plane, metres.");
   clip_planes.fields_init()
       .field("near", &io::ClipPlanes::near, "metres")
       .field("far", &io::ClipPlanes::far, "metres");
 
-  Record<io::CameraSettings> camera_settings(m, "CameraSettings", "");
+  Record<io::CameraSettings> camera_settings(
+      m, "CameraSettings", "A camera in the language of one program, and what the program cannot hold.");
   camera_settings.fields_init()
       .field("text", &io::CameraSettings::text, "")
       .field("values", &io::CameraSettings::values, "the numbers of the text, by their name there")
@@ -117,13 +125,13 @@ void bind_camera_settings(py::module_& m) {
            "Error(kInput).",
            py::arg("name"));
   function(m, "camera_settings", &io::camera_settings,
-           "Throws std::invalid_argument for clip planes that are not 0 < near < far < infinity.",
-           py::arg("program"), py::arg("projector"), py::arg("world_from_projector"), py::arg("up"),
+           "Raises ValueError for clip planes that are not 0 < near < far < infinity.", py::arg("program"),
+           py::arg("projector"), py::arg("world_from_projector"), py::arg("up"),
            py::arg_v("clip", io::ClipPlanes{}, "ClipPlanes()"));
 }
 
 void bind_mpcdi_types(py::module_& m) {
-  Enum<io::MpcdiProfile>(m, "MpcdiProfile", "")
+  Enum<io::MpcdiProfile>(m, "MpcdiProfile", "The profiles of the standard: 2d, 3d, sl, a3.")
       .value("k2d", io::MpcdiProfile::k2d)
       .value("k3d", io::MpcdiProfile::k3d)
       .value("kShaderLamps", io::MpcdiProfile::kShaderLamps)
@@ -131,25 +139,25 @@ void bind_mpcdi_types(py::module_& m) {
 
   Record<io::MpcdiFrustum> mpcdi_frustum(m, "MpcdiFrustum", "As in the file: degrees.");
   mpcdi_frustum.fields_init()
-      .field("yaw", &io::MpcdiFrustum::yaw, "")
-      .field("pitch", &io::MpcdiFrustum::pitch, "")
-      .field("roll", &io::MpcdiFrustum::roll, "")
-      .field("left", &io::MpcdiFrustum::left, "")
-      .field("right", &io::MpcdiFrustum::right, "")
-      .field("down", &io::MpcdiFrustum::down, "")
-      .field("up", &io::MpcdiFrustum::up, "");
+      .field("yaw", &io::MpcdiFrustum::yaw, "degrees")
+      .field("pitch", &io::MpcdiFrustum::pitch, "degrees")
+      .field("roll", &io::MpcdiFrustum::roll, "degrees")
+      .field("left", &io::MpcdiFrustum::left, "degrees")
+      .field("right", &io::MpcdiFrustum::right, "degrees")
+      .field("down", &io::MpcdiFrustum::down, "degrees")
+      .field("up", &io::MpcdiFrustum::up, "degrees");
 
   Record<io::MpcdiFrame> mpcdi_frame(
       m, "MpcdiFrame",
       "As in the file: the place, metres, and the unit vectors that say what the world's\n"
       "axes are.");
   mpcdi_frame.fields_init()
-      .field("position", &io::MpcdiFrame::position, "")
+      .field("position", &io::MpcdiFrame::position, "metres")
       .field("yaw", &io::MpcdiFrame::yaw, "x right, y up, z backward")
       .field("pitch", &io::MpcdiFrame::pitch, "x right, y up, z backward")
       .field("roll", &io::MpcdiFrame::roll, "x right, y up, z backward");
 
-  Record<io::MpcdiRegion> mpcdi_region(m, "MpcdiRegion", "");
+  Record<io::MpcdiRegion> mpcdi_region(m, "MpcdiRegion", "One projector's region in an MPCDI archive.");
   mpcdi_region.fields_init()
       .field("buffer", &io::MpcdiRegion::buffer, "")
       .field("id", &io::MpcdiRegion::id, "")
@@ -166,7 +174,7 @@ void bind_mpcdi_types(py::module_& m) {
       .field("alpha", &io::MpcdiRegion::alpha, "1 channel, 0..1")
       .field("alpha_gamma", &io::MpcdiRegion::alpha_gamma, "light = alpha ^ gamma");
 
-  Record<io::Mpcdi> mpcdi(m, "Mpcdi", "");
+  Record<io::Mpcdi> mpcdi(m, "Mpcdi", "What an MPCDI archive holds.");
   mpcdi.fields_init()
       .field("profile", &io::Mpcdi::profile, "")
       .field("date", &io::Mpcdi::date, "\"2026-11-22 08:00:00\"")
@@ -184,7 +192,8 @@ void bind_mpcdi(py::module_& m) {
            "Error(kInput) for a region without one, Error(kUnsupported) for a left-handed\n"
            "coordinate frame.",
            py::arg("region"));
-  function(m, "world_from_projector", &io::world_from_projector, "", py::arg("region"));
+  function(m, "world_from_projector", &io::world_from_projector,
+           "Pose of the region's projector in the archive's world; metres.", py::arg("region"));
   function(m, "set_projector", &io::set_projector,
            "Sets size, frustum, frame and distortion from a projector in a world of x right, y\n"
            "up, z backward (the file's usual axes). The frustum is the smallest that holds all\n"
@@ -194,7 +203,7 @@ void bind_mpcdi(py::module_& m) {
            py::arg("region"), py::arg("projector"), py::arg("world_from_projector"));
   function(m, "load_mpcdi", &io::load_mpcdi,
            ".mpcdi or .mpcdi.xml, recognised by its contents. Names are taken in any case\n"
-           "(\"xResolution\"). Only what the XML names is unpacked, in memory. Throws\n"
+           "(\"xResolution\"). Only what the XML names is unpacked, in memory. Raises\n"
            "Error(kInput), naming file and member or line, for archives that are damaged, unpack\n"
            "to more than `largest_unpacked` or than they declare, have members outside the\n"
            "archive (\"..\"), lack a file, or whose maps have another size than their region or\n"
@@ -203,7 +212,7 @@ void bind_mpcdi(py::module_& m) {
            py::arg("path"), py::arg("largest_unpacked") = limits::kFileBytes);
   function(m, "save_mpcdi", &io::save_mpcdi,
            "Writes profiles 2d, sl and a3, at once or not at all; the same data give the same\n"
-           "bytes. The name must end in .mpcdi. Throws std::invalid_argument for regions without\n"
+           "bytes. The name must end in .mpcdi. Raises ValueError for regions without\n"
            "what their profile needs, Error(kUnsupported) for profile 3d, for another name, and\n"
            "when procam was built without libzip.",
            py::arg("path"), py::arg("mpcdi"));
@@ -215,7 +224,7 @@ void bind_warp_files(py::module_& m) {
            "when it cannot be written. At once or not at all.",
            py::arg("path"), py::arg("map"));
   function(m, "load_warp_map", &io::load_warp_map,
-           ".pfm and .png. Throws Error(kInput) for a file that is damaged, cut short, not a map\n"
+           ".pfm and .png. Raises Error(kInput) for a file that is damaged, cut short, not a map\n"
            "of three channels, or that has coordinates outside 0..1 or not finite where it shows\n"
            "content; Error(kUnsupported) for another extension or a .png without 16 bits.",
            py::arg("path"));

@@ -32,6 +32,24 @@ std::string short_text(const py::object& value) {
 
 }  // namespace
 
+std::string with_shape(const char* doc, const char* type) {
+  const std::string text = type, array = "numpy.ndarray[";
+  const std::size_t at = text.find(array);
+  if (at == std::string::npos) return doc;
+  // "numpy.float64[n, 2]", "numpy.float64[3, 1]", "numpy.uint8[h, w, c]", "bool[n]"
+  const std::size_t begin = at + array.size(), bracket = text.find('[', begin);
+  std::string element = text.substr(begin, bracket - begin);
+  if (element.rfind("numpy.", 0) == 0) element.erase(0, 6);
+  std::string shape = text.substr(bracket + 1, text.find(']', bracket) - bracket - 1);
+  if (shape.size() > 3 && shape.compare(shape.size() - 3, 3, ", 1") == 0) shape.erase(shape.size() - 2);
+  if (shape == "h, w, c")
+    shape = "h, w) or (h, w, c";
+  else if (shape.find(',') == std::string::npos)
+    shape += ",";
+  const std::string whole = element + " (" + shape + ")";
+  return *doc == 0 ? whole : doc + ("; " + whole);
+}
+
 std::string record_text(py::handle self, const std::vector<std::string>& fields) {
   std::string text = self.get_type().attr("__name__").cast<std::string>() + "(";
   for (const std::string& field : fields) {
@@ -39,6 +57,64 @@ std::string record_text(py::handle self, const std::vector<std::string>& fields)
     text += field + "=" + short_text(self.attr(field.c_str()));
   }
   return text + ")";
+}
+
+std::string type_text(const char* text, const std::type_info* const* types) {
+  std::string out;
+  for (; *text != 0; ++text) {
+    if (*text == '{' || *text == '}') continue;
+    if (*text != '%') {
+      out += *text;
+      continue;
+    }
+    const std::type_info* const type = *types++;
+    const auto* const known = py::detail::get_type_info(std::type_index(*type));
+    std::string name;
+    if (known != nullptr) {
+      name = py::handle(reinterpret_cast<PyObject*>(known->type)).attr("__qualname__").cast<std::string>();
+    } else {
+      name = type->name();
+      py::detail::clean_type_id(name);
+    }
+    out += name;
+  }
+  return out;
+}
+
+namespace {
+
+/// A field as an argument again.
+py::object as_argument(py::object value) {
+  return Py_TYPE(value.ptr()) == &PyDictProxy_Type ? py::object(py::dict(value)) : value;
+}
+
+bool are_equal(const py::object& a, const py::object& b) {
+  if (py::isinstance<py::array>(a) && py::isinstance<py::array>(b))
+    return py::module_::import("numpy").attr("array_equal")(a, b).cast<bool>();
+  if (py::isinstance<py::tuple>(a) && py::isinstance<py::tuple>(b)) {
+    const auto left = py::reinterpret_borrow<py::tuple>(a), right = py::reinterpret_borrow<py::tuple>(b);
+    if (left.size() != right.size()) return false;
+    for (std::size_t i = 0; i < left.size(); ++i)
+      if (!are_equal(left[i], right[i])) return false;
+    return true;
+  }
+  return a.equal(b);
+}
+
+}  // namespace
+
+py::tuple record_parts(py::handle self, const std::vector<std::string>& fields) {
+  py::list values;
+  for (const std::string& field : fields) values.append(as_argument(self.attr(field.c_str())));
+  return py::make_tuple(self.get_type(), py::tuple(values));
+}
+
+bool are_equal_records(py::handle self, py::handle other, const std::vector<std::string>& fields) {
+  if (!self.get_type().is(other.get_type())) return false;
+  for (const std::string& field : fields)
+    if (!are_equal(as_argument(self.attr(field.c_str())), as_argument(other.attr(field.c_str()))))
+      return false;
+  return true;
 }
 
 void set_fields(py::handle self, const std::vector<std::string>& names, const py::args& values,
@@ -71,12 +147,18 @@ constexpr const char* kErrorDoc =
 
 PyObject* error_type = nullptr;
 
+/// Names of files need not be UTF-8.
+py::str readable(const std::string& text) {
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeUTF8(text.data(), Py_ssize_t(text.size()), "backslashreplace"));
+}
+
 void set_error(const Error& error) {
-  py::object made = py::reinterpret_borrow<py::object>(error_type)(py::str(error.what()));
+  py::object made = py::reinterpret_borrow<py::object>(error_type)(readable(error.what()));
   made.attr("kind") = error.kind();
-  for (const char* name : {"subject", "what_failed"}) made.attr(name) = error.subject();
-  for (const char* name : {"why", "cause"}) made.attr(name) = error.why();
-  for (const char* name : {"next", "next_step"}) made.attr(name) = error.next();
+  for (const char* name : {"subject", "what_failed"}) made.attr(name) = readable(error.subject());
+  for (const char* name : {"why", "cause"}) made.attr(name) = readable(error.why());
+  for (const char* name : {"next", "next_step"}) made.attr(name) = readable(error.next());
   PyErr_SetObject(error_type, made.ptr());
 }
 
@@ -106,11 +188,10 @@ py::module_ submodule(const py::module_& package, const std::string& name, const
 PYBIND11_MODULE(_procam, module) {
   module.doc() = "What procam is made of; import procam instead.";
   auto package = py::reinterpret_borrow<py::module_>(PyImport_AddModule("procam"));
-  py::options options;
-  options.disable_enum_members_docstring();
 
   bind_error(package);
   bind_core_base(package);
+  bind_core_pose(package);
   bind_core_geometry(package);
   bind_core_lens(package);
   bind_core_board(package);
@@ -137,6 +218,7 @@ PYBIND11_MODULE(_procam, module) {
       submodule(package, "simulate", "Simulated captures, rooms and robots, with their truth.");
   bind_simulate(simulate);
   bind_simulate_room(simulate);
+  bind_simulate_live(simulate);
   bind_simulate_robot(simulate);
   py::module_ session = submodule(package, "session", "Folders of captures.");
   bind_session_views(session);
@@ -156,6 +238,7 @@ PYBIND11_MODULE(_procam, module) {
   bind_report(report);
   py::module_ show = submodule(package, "show", "Content on surfaces, live.");
   bind_show(show);
+  bind_show_frames(show);
   py::module_ people = submodule(package, "people", "Skeletons over time, and light kept off people.");
   bind_people(people);
   py::module_ watch = submodule(package, "watch", "Where the light of a running show is, by a camera.");

@@ -30,11 +30,12 @@ void bind_data(py::module_& m) {
 }
 
 void bind_options(py::module_& m) {
-  Enum<calibrate::BaseMotion>(m, "BaseMotion", "")
+  Enum<calibrate::BaseMotion>(m, "BaseMotion", "How the base moves: in a plane, freely, or as the data show.")
       .value("kAuto", calibrate::BaseMotion::kAuto)
       .value("kPlanar", calibrate::BaseMotion::kPlanar)
       .value("kFull", calibrate::BaseMotion::kFull);
-  Enum<calibrate::MountCarrier>(m, "MountCarrier", "")
+  Enum<calibrate::MountCarrier>(m, "MountCarrier",
+                                "What carries the rig: a driving base, an arm's flange, or a pan-tilt head.")
       .value("kBase", calibrate::MountCarrier::kBase)
       .value("kFlange", calibrate::MountCarrier::kFlange)
       .value("kHead", calibrate::MountCarrier::kHead);
@@ -43,13 +44,14 @@ void bind_options(py::module_& m) {
   Record<calibrate::MountHeight> mount_height(
       m, "MountHeight",
       "Height of the rig's origin above the base's origin, along the base's z axis; metres.");
-  Record<calibrate::MountOptions> mount_options(m, "MountOptions", "");
+  Record<calibrate::MountOptions> mount_options(m, "MountOptions",
+                                                "What calibrate_mount() assumes of the drive.");
   mount_marker.fields_init()
       .field("name", &calibrate::MountMarker::name, "")
       .field("world_from_marker", &calibrate::MountMarker::world_from_marker, "");
   mount_height.fields_init()
-      .field("value", &calibrate::MountHeight::value, "")
-      .field("sigma", &calibrate::MountHeight::sigma, "");
+      .field("value", &calibrate::MountHeight::value, "metres")
+      .field("sigma", &calibrate::MountHeight::sigma, "standard deviation, metres");
   mount_options.fields_init()
       .field("carrier", &calibrate::MountOptions::carrier,
              "a robot's base, an arm's flange or a pan-tilt head")
@@ -89,14 +91,17 @@ void bind_options(py::module_& m) {
 
 void bind_result(py::module_& m) {
   Record<calibrate::MountEvent> mount_event(m, "MountEvent", "A change during the drive.");
-  Enum<calibrate::MountEvent::Kind>(mount_event.type, "Kind", "")
+  Enum<calibrate::MountEvent::Kind>(mount_event.type, "Kind", "The rig was bumped, or the localiser jumped.")
       .value("kRigBumped", calibrate::MountEvent::Kind::kRigBumped)
       .value("kLocaliserJumped", calibrate::MountEvent::Kind::kLocaliserJumped);
   Record<calibrate::MountDirection> mount_direction(
       m, "MountDirection",
       "One of the six directions of the mount: rotation about the base's axes at the rig's\n"
       "origin, position of that origin on the base.");
-  Record<calibrate::MountResult> mount_result(m, "MountResult", "");
+  Record<calibrate::MountResult> mount_result(
+      m, "MountResult",
+      "The rig's pose on its base, with covariance, and what the drive does not\n"
+      "determine.");
   mount_event.fields_init()
       .field("kind", &calibrate::MountEvent::kind, "")
       .field("time", &calibrate::MountEvent::time, "localiser's clock")
@@ -121,7 +126,7 @@ void bind_result(py::module_& m) {
       .field("directions", &calibrate::MountResult::directions, "")
       .field("time_offset", &calibrate::MountResult::time_offset,
              "localiser time = camera time + time_offset, seconds")
-      .field("time_offset_sigma", &calibrate::MountResult::time_offset_sigma, "")
+      .field("time_offset_sigma", &calibrate::MountResult::time_offset_sigma, "standard deviation, seconds")
       .field("markers", &calibrate::MountResult::markers, "all that were seen, by name")
       .field("planar", &calibrate::MountResult::planar, "")
       .field("path", &calibrate::MountResult::path, "estimated, at the knots")
@@ -132,7 +137,7 @@ void bind_result(py::module_& m) {
       .field("sighting_factor", &calibrate::MountResult::sighting_factor,
              "on the stated standard deviations of the sightings")
       .field("floor_sigma", &calibrate::MountResult::floor_sigma, "of an uneven floor, estimated")
-      .field("floor_tilt_sigma", &calibrate::MountResult::floor_tilt_sigma, "")
+      .field("floor_tilt_sigma", &calibrate::MountResult::floor_tilt_sigma, "standard deviation, radians")
       .field("sightings_used", &calibrate::MountResult::sightings_used, "")
       .field("base_poses_used", &calibrate::MountResult::base_poses_used, "")
       .field("rejected_sightings", &calibrate::MountResult::rejected_sightings, "indices into the data")
@@ -145,15 +150,19 @@ void bind_result(py::module_& m) {
 }
 
 void bind_drives(py::module_& m) {
-  Record<simulate::SightingOptions> sighting_options(m, "SightingOptions", "");
-  Record<simulate::MarkerSightings> marker_sightings(m, "MarkerSightings", "");
+  Record<simulate::SightingOptions> sighting_options(m, "SightingOptions",
+                                                     "How a camera on the robot sees markers.");
+  Record<simulate::MarkerSightings> marker_sightings(m, "MarkerSightings",
+                                                     "Sightings of markers, with the truth.");
   Record<simulate::MountDriveOptions, simulate::SightingOptions> mount_drive_options(
       m, "MountDriveOptions", "SightingOptions, and the localiser.");
-  Record<simulate::MountDrive> mount_drive(m, "MountDrive", "");
+  Record<simulate::MountDrive> mount_drive(m, "MountDrive",
+                                           "A drive past markers, for calibrate_mount(), with the truth.");
   sighting_options.fields_init()
       .field("sighting_rate", &simulate::SightingOptions::sighting_rate, "images a second")
       .field("image_times", &simulate::SightingOptions::image_times, "instead: since the start, seconds")
-      .field("corner_sigma_px", &simulate::SightingOptions::corner_sigma_px, "")
+      .field("corner_sigma_px", &simulate::SightingOptions::corner_sigma_px,
+             "standard deviation of a corner, pixels")
       .field("markers", &simulate::SightingOptions::markers, "")
       .field("marker_size", &simulate::SightingOptions::marker_size, "metres")
       .field("outliers", &simulate::SightingOptions::outliers, "share of wrong sightings")
@@ -191,7 +200,8 @@ void bind_drives(py::module_& m) {
       .field("sightings", &simulate::MountDrive::sightings, "")
       .field("time_offset", &simulate::MountDrive::time_offset,
              "localiser stamp less camera stamp of one moment, seconds");
-  Record<simulate::ArmMotionOptions> arm_options(m, "ArmMotionOptions", "");
+  Record<simulate::ArmMotionOptions> arm_options(m, "ArmMotionOptions",
+                                                 "Where an arm goes, and how often it rests.");
   arm_options.fields_init()
       .field("duration", &simulate::ArmMotionOptions::duration, "seconds at least")
       .field("axes", &simulate::ArmMotionOptions::axes, "of rotation: 3, 1 or 0")
@@ -200,10 +210,11 @@ void bind_drives(py::module_& m) {
       .field("speed", &simulate::ArmMotionOptions::speed, "at most, m/s")
       .field("turn_speed", &simulate::ArmMotionOptions::turn_speed, "at most, rad/s")
       .field("seed", &simulate::ArmMotionOptions::seed, "");
-  Record<simulate::ArmMotion> arm_motion(m, "ArmMotion", "");
+  Record<simulate::ArmMotion> arm_motion(m, "ArmMotion", "An arm's motion, and when it rests.");
   arm_motion.field("drive", &simulate::ArmMotion::drive, "base_from_flange")
       .field("rests", &simulate::ArmMotion::rests, "times since the start, seconds");
-  Record<simulate::HeadRunOptions, simulate::SightingOptions> head_options(m, "HeadRunOptions", "");
+  Record<simulate::HeadRunOptions, simulate::SightingOptions> head_options(m, "HeadRunOptions",
+                                                                           "How a pan-tilt head turns.");
   head_options.fields_init()
       .field("duration", &simulate::HeadRunOptions::duration, "seconds at least")
       .field("rate", &simulate::HeadRunOptions::rate, "angles a second")
@@ -217,7 +228,7 @@ void bind_drives(py::module_& m) {
       .field("stations", &simulate::HeadRunOptions::stations, "only where it stands still")
       .field("slip_time", &simulate::HeadRunOptions::slip_time, "from this time on pan is wrong by slip")
       .field("slip", &simulate::HeadRunOptions::slip, "radians");
-  Record<simulate::HeadRun> head_run(m, "HeadRun", "");
+  Record<simulate::HeadRun> head_run(m, "HeadRun", "A pan-tilt head's angles and sightings, with the truth.");
   head_run.field("angles", &simulate::HeadRun::angles, "as reported")
       .field("sightings", &simulate::HeadRun::sightings, "")
       .field("axes", &simulate::HeadRun::axes, "")
@@ -239,9 +250,11 @@ void bind_drives(py::module_& m) {
 }
 
 void bind_recordings(py::module_& m) {
-  Record<session::MountFiles> mount_files(m, "MountFiles", "");
-  Record<session::MountRecording> mount_recording(m, "MountRecording", "");
-  Record<session::SightingImages> sighting_images(m, "SightingImages", "");
+  Record<session::MountFiles> mount_files(m, "MountFiles",
+                                          "The files of a drive: poses, sightings or images.");
+  Record<session::MountRecording> mount_recording(m, "MountRecording", "A drive, read: poses and sightings.");
+  Record<session::SightingImages> sighting_images(
+      m, "SightingImages", "A folder of images of single markers, each called after its time.");
   mount_files.fields_init()
       .field("base", &session::MountFiles::base, "a pose log, or a trajectory of another program")
       .field("angles", &session::MountFiles::angles, "or of a pan-tilt head: a log of angles")

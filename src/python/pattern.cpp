@@ -9,7 +9,8 @@ namespace procam::python {
 namespace {
 
 void bind_board_light(py::module_& m) {
-  Record<pattern::BoardLightOptions> board_light_options(m, "BoardLightOptions", "");
+  Record<pattern::BoardLightOptions> board_light_options(m, "BoardLightOptions",
+                                                         "How a projected board is read.");
   board_light_options.fields_init()
       .field("knot_pitches", &pattern::BoardLightOptions::knot_pitches,
              "distance of the spline's knots, in pitches of the board (pitch_of)")
@@ -36,7 +37,7 @@ void bind_board_light(py::module_& m) {
            "`artwork` is what is dark on the board (detect::board_artwork). A point gets no\n"
            "observation unless light with stripe edges of both axes surrounds it;\n"
            "\"corners_not_lit\" counts the rejected, \"board_not_lit\" means too little light on the\n"
-           "board for any map. Throws std::invalid_argument if `in_camera` and `decoded` differ\n"
+           "board for any map. Raises ValueError if `in_camera` and `decoded` differ\n"
            "in size.",
            py::arg("in_camera"), py::arg("board"), py::arg("artwork"), py::arg("decoded"), py::arg("edges"),
            py::arg_v("options", pattern::BoardLightOptions{}, "BoardLightOptions()"));
@@ -54,11 +55,11 @@ void bind_light_map(py::module_& m) {
   function(m, "light_map", py::overload_cast<const ImageF&, const ViewU8&, ImageSize>(&pattern::light_map),
            "`white`: the scene under the projector's full light, for the classes of brightness.\n"
            "\n"
-           "Throws Error(kInput) when no pixel is decoded, when all values are between 0 and 1\n"
+           "Raises Error(kInput) when no pixel is decoded, when all values are between 0 and 1\n"
            "(shares of the frame), or when most are beyond the frame. Remarks: \"projector_size\"\n"
            "(a part is beyond the frame), \"map_mirrored\" (columns and rows are exchanged, or one\n"
            "of them runs backwards; a print cannot be seen so), \"zeros_undecoded\" and\n"
-           "\"decoded_share\". Throws std::invalid_argument unless `pixels` has two channels and\n"
+           "\"decoded_share\". Raises ValueError unless `pixels` has two channels and\n"
            "the size of `white`.",
            py::arg("pixels"), py::arg("white"), py::arg("projector_size"));
 }
@@ -70,7 +71,8 @@ void bind_gray_code(py::module_& m) {
       .field("projector_size", &pattern::GrayCode::projector_size, "")
       .field("step", &pattern::GrayCode::step, "");
 
-  Record<pattern::DecodeOptions> decode_options(m, "DecodeOptions", "");
+  Record<pattern::DecodeOptions> decode_options(
+      m, "DecodeOptions", "How a Gray code is read: which pixels are lit, and which bits are certain.");
   decode_options.fields_init()
       .field("min_contrast", &pattern::DecodeOptions::min_contrast,
              "White minus black, in grey levels, below which a pixel counts as unlit (shadow, or\n"
@@ -100,7 +102,7 @@ void bind_gray_code(py::module_& m) {
            "code lies beyond the projector.\n"
            "\n"
            "The noise is measured: pattern + inverse of every pair is the same light, so their\n"
-           "differences are noise alone. Throws procam::Error (kInput), naming the frame, if the\n"
+           "differences are noise alone. Raises Error (kInput), naming the frame, if the\n"
            "number of captures, their sizes or channels are wrong, or if white is darker than\n"
            "black. Remarks (low contrast, saturation, wrong projector size, frames out of order)\n"
            "are in the result's diagnostics.\n"
@@ -113,7 +115,8 @@ void bind_gray_code(py::module_& m) {
 }
 
 void bind_frame_sequence(py::module_& m) {
-  Record<pattern::PhaseOptions> phase_options(m, "PhaseOptions", "");
+  Record<pattern::PhaseOptions> phase_options(
+      m, "PhaseOptions", "How phases are read: which pixels are lit, and how phases become pixels.");
   phase_options.fields_init()
       .field("min_modulation", &pattern::PhaseOptions::min_modulation,
              "grey levels of B below which a pixel counts as unlit")
@@ -126,7 +129,7 @@ void bind_frame_sequence(py::module_& m) {
              "a pixel that reaches this grey in any step is rejected: its wave is cut off");
 
   function(m, "require_decodable", &pattern::require_decodable,
-           "Throws Error(kInput), naming the frame or the bit, unless both axes can be decoded:\n"
+           "Raises Error(kInput), naming the frame or the bit, unless both axes can be decoded:\n"
            "both by Gray code whose bits are complete, or both by waves of three phases or more\n"
            "whose number is known over the whole frame.",
            py::arg("sequence"), py::arg("projector_size"));
@@ -143,7 +146,7 @@ void bind_frame_sequence(py::module_& m) {
                              const pattern::PhaseOptions&>(&pattern::decode),
            "The map of phases. The noise is measured: from eight or more equal steps by their\n"
            "highest harmonic, else from second differences of the phase between neighbouring\n"
-           "pixels. Throws as gray_captures() does. Remarks: \"low_modulation\", \"saturated\", and\n"
+           "pixels. Raises as gray_captures() does. Remarks: \"low_modulation\", \"saturated\", and\n"
            "those of the Gray code.",
            py::arg("captures"), py::arg("sequence"), py::arg("projector_size"),
            py::arg_v("options", pattern::PhaseOptions{}, "PhaseOptions()"));
@@ -156,11 +159,12 @@ void bind_frame_sequence(py::module_& m) {
 }
 
 void bind_phase_shift(py::module_& m) {
-  Enum<pattern::WaveNumber>(m, "WaveNumber", "")
+  Enum<pattern::WaveNumber>(m, "WaveNumber",
+                            "What tells the number of the wave: coarser waves, or a Gray code.")
       .value("kCoarserWaves", pattern::WaveNumber::kCoarserWaves)
       .value("kGrayCode", pattern::WaveNumber::kGrayCode);
 
-  Record<pattern::PhaseShift> phase_shift(m, "PhaseShift", "");
+  Record<pattern::PhaseShift> phase_shift(m, "PhaseShift", "A pattern of cosine waves in steps of phase.");
   phase_shift.fields_init()
       .field("projector_size", &pattern::PhaseShift::projector_size, "")
       .field("period", &pattern::PhaseShift::period,
@@ -170,12 +174,12 @@ void bind_phase_shift(py::module_& m) {
       .field("wave_number", &pattern::PhaseShift::wave_number, "");
 
   function(m, "sequence", &pattern::sequence,
-           "The frames as a list, which is decoded by pattern/frame_sequence.hpp. Throws\n"
-           "std::invalid_argument for a period that is odd, below 4, or longer than the frame,\n"
+           "The frames as a list, which is decoded by pattern/frame_sequence.hpp. Raises\n"
+           "ValueError for a period that is odd, below 4, or longer than the frame,\n"
            "as do the functions below.",
            py::arg("phase_shift"));
-  function(m, "frame_count", py::overload_cast<const pattern::PhaseShift&>(&pattern::frame_count), "",
-           py::arg("phase_shift"));
+  function(m, "frame_count", py::overload_cast<const pattern::PhaseShift&>(&pattern::frame_count),
+           "Number of frames.", py::arg("phase_shift"));
   function(m, "frames", py::overload_cast<const pattern::PhaseShift&>(&pattern::frames),
            "One channel, projector_size.", py::arg("phase_shift"));
   function(m, "describe", py::overload_cast<const pattern::PhaseShift&>(&pattern::describe),
@@ -186,7 +190,7 @@ void bind_phase_shift(py::module_& m) {
       py::overload_cast<const std::vector<ViewU8>&, const pattern::PhaseShift&, const pattern::PhaseOptions&>(
           &pattern::decode),
       "Reads the map back. The noise is measured: the fourth harmonic of the eight steps is\n"
-      "noise alone. Throws procam::Error (kInput) if the number of captures, their sizes or\n"
+      "noise alone. Raises Error (kInput) if the number of captures, their sizes or\n"
       "channels are wrong. Remarks: \"low_modulation\", \"saturated\", and those of the Gray\n"
       "code.",
       py::arg("captures"), py::arg("phase_shift"),
@@ -199,7 +203,8 @@ void bind_phase_shift(py::module_& m) {
 }
 
 void bind_projected_board(py::module_& m) {
-  Record<pattern::ProjectedBoard> projected_board(m, "ProjectedBoard", "");
+  Record<pattern::ProjectedBoard> projected_board(
+      m, "ProjectedBoard", "A board in the projector's frame, its lengths in projector pixels.");
   projected_board.fields_init()
       .field("projector_size", &pattern::ProjectedBoard::projector_size, "")
       .field("layout", &pattern::ProjectedBoard::layout, "every length in projector pixels")
@@ -210,7 +215,7 @@ void bind_projected_board(py::module_& m) {
              "the frame appears upright in the images, within 90 degrees (equal counts: 45)");
 
   function(m, "projected_board", &pattern::projected_board,
-           "In the middle of the picture. `artwork` is detect::board_artwork(layout). Throws\n"
+           "In the middle of the picture. `artwork` is detect::board_artwork(layout). Raises\n"
            "Error(kInput) when half a pitch of light (a gap and a module at least round markers)\n"
            "does not fit round it, when it looks the same turned and is no upright chessboard,\n"
            "or when its edges do not fall between pixels.",
@@ -224,8 +229,8 @@ void bind_projected_board(py::module_& m) {
            py::arg("board"));
   function(m, "frames", py::overload_cast<const pattern::ProjectedBoard&>(&pattern::frames),
            "Flat and board, one channel; or one frame of three.", py::arg("board"));
-  function(m, "frame_count", py::overload_cast<const pattern::ProjectedBoard&>(&pattern::frame_count), "",
-           py::arg("board"));
+  function(m, "frame_count", py::overload_cast<const pattern::ProjectedBoard&>(&pattern::frame_count),
+           "Number of frames.", py::arg("board"));
 }
 
 void bind_filling_boards(py::module_& m) {
@@ -233,13 +238,22 @@ void bind_filling_boards(py::module_& m) {
            "Boards that fill the picture, of a sixteenth of its longer side a pitch (circles:\n"
            "two, staggered): for 1024x768 12x9 corners; 15x11 squares; 10x7 markers; 7x11 discs.",
            py::arg("projector_size"));
-  function(m, "charuco_filling", &pattern::charuco_filling, "", py::arg("projector_size"));
-  function(m, "markers_filling", &pattern::markers_filling, "", py::arg("projector_size"));
-  function(m, "circles_filling", &pattern::circles_filling, "", py::arg("projector_size"));
+  function(m, "charuco_filling", &pattern::charuco_filling,
+           "The ChArUco board that fills a projector's frame; lengths are projector pixels.",
+           py::arg("projector_size"));
+  function(m, "markers_filling", &pattern::markers_filling,
+           "The grid of markers that fills a projector's frame; lengths are projector\n"
+           "pixels.",
+           py::arg("projector_size"));
+  function(m, "circles_filling", &pattern::circles_filling,
+           "The grid of circles that fills a projector's frame; lengths are projector\n"
+           "pixels.",
+           py::arg("projector_size"));
 }
 
 void bind_sequence_check(py::module_& m) {
-  Record<pattern::SequenceCheck> sequence_check(m, "SequenceCheck", "");
+  Record<pattern::SequenceCheck> sequence_check(m, "SequenceCheck",
+                                                "What is wrong with a view's captures, in warnings.");
   sequence_check.fields_init()
       .field(
           "diagnostics", &pattern::SequenceCheck::diagnostics,
@@ -272,17 +286,20 @@ void bind_sequence_check(py::module_& m) {
   function(m, "check_sequence",
            py::overload_cast<const std::vector<ViewU8>&, const pattern::GrayCode&, const Points2&>(
                &pattern::check_sequence),
-           "Throws as decode() for captures of wrong number or size. `on_board`: camera pixels\n"
+           "Raises as decode() for captures of wrong number or size. `on_board`: camera pixels\n"
            "of points of the board; empty: the board was not found, and print is not separated\n"
            "from background.",
            py::arg("captures"), py::arg("gray_code"), py::arg("on_board"));
-  function(m, "complementary_frames", &pattern::complementary_frames, "", py::arg("frames"));
+  function(m, "complementary_frames", &pattern::complementary_frames,
+           "Which of the frames (uint8, (h, w) or (h, w, 3)) are pairs of a pattern and its\n"
+           "inverse, and which are white and black.",
+           py::arg("frames"));
   function(m, "check_sequence",
            py::overload_cast<const std::vector<ViewU8>&, const pattern::ComplementaryFrames&, const Points2&>(
                &pattern::check_sequence),
            "The same for any pattern; without frame_missing, noisy and scattered_light, which\n"
-           "need Gray code. Nothing is found with fewer than six pairs. Throws\n"
-           "std::invalid_argument for captures of another number, size or number of channels.",
+           "need Gray code. Nothing is found with fewer than six pairs. Raises\n"
+           "ValueError for captures of another number, size or number of channels.",
            py::arg("captures"), py::arg("frames"), py::arg("on_board"));
 }
 
@@ -291,7 +308,7 @@ void bind_flat_checks(py::module_& m) {
            "The two captures of a projected board, under flat light and under the board\n"
            "(pattern/projected_board.hpp): the print is in the same light in both, so that it\n"
            "looks the same. \"stale_frame\", \"overexposed\", \"board_moved\", \"camera_moved\",\n"
-           "\"exposure_changes\". Throws std::invalid_argument unless both have one channel and\n"
+           "\"exposure_changes\". Raises ValueError unless both have one channel and\n"
            "one size.",
            py::arg("flat_lit"), py::arg("board_lit"), py::arg("on_board"));
   function(m, "check_photograph", &pattern::check_photograph,
@@ -299,12 +316,15 @@ void bind_flat_checks(py::module_& m) {
            "points of both; empty: no board was found, and the whole image is judged.\n"
            "\"overexposed\" where the paper is at full scale over more than a tenth of the boards:\n"
            "half of a chessboard is paper, and only edges that are not clipped are where they\n"
-           "seem. Throws std::invalid_argument unless the photograph has one channel.",
+           "seem. Raises ValueError unless the photograph has one channel.",
            py::arg("photograph"), py::arg("on_boards"));
 }
 
 void bind_shown_board(py::module_& m) {
-  Record<pattern::ShownBoard> shown_board(m, "ShownBoard", "");
+  Record<pattern::ShownBoard> shown_board(
+      m, "ShownBoard",
+      "A chessboard found in a frame that was shown, with its corners in projector\n"
+      "pixels.");
   shown_board.fields_init()
       .field("layout", &pattern::ShownBoard::layout, "square_size in projector pixels")
       .field("corners", &pattern::ShownBoard::corners, "row by row, as the frame has them")
@@ -313,31 +333,35 @@ void bind_shown_board(py::module_& m) {
              "given by numbers.");
 
   function(m, "shown_board", &pattern::shown_board,
-           "From its numbers. Throws Error(kInput), `name` in front, when a corner is outside\n"
+           "From its numbers. Raises Error(kInput), `name` in front, when a corner is outside\n"
            "the frame.",
            py::arg("layout"), py::arg("first_corner"), py::arg("projector_size"), py::arg("name"));
   function(m, "read_shown_board", &pattern::read_shown_board,
            "From the frame itself, one channel: exact for squares that are aligned with the\n"
-           "pixels and whose edges are between pixels. Throws Error(kInput), `name` in front,\n"
+           "pixels and whose edges are between pixels. Raises Error(kInput), `name` in front,\n"
            "when the frame does not show one such chessboard of 3x3 inner corners or more.",
            py::arg("frame"), py::arg("name"));
 }
 
 void bind_stripe_edges(py::module_& m) {
-  Record<pattern::StripeEdgeOptions> stripe_edge_options(m, "StripeEdgeOptions", "");
+  Record<pattern::StripeEdgeOptions> stripe_edge_options(m, "StripeEdgeOptions",
+                                                         "How the boundaries of stripes are found.");
   stripe_edge_options.fields_init()
       .field("decode", &pattern::StripeEdgeOptions::decode, "")
       .field("max_code_jump", &pattern::StripeEdgeOptions::max_code_jump, "")
-      .field("min_step_sigmas", &pattern::StripeEdgeOptions::min_step_sigmas, "")
-      .field("max_sigma_px", &pattern::StripeEdgeOptions::max_sigma_px, "")
-      .field("camera_blur_px", &pattern::StripeEdgeOptions::camera_blur_px, "");
+      .field("min_step_sigmas", &pattern::StripeEdgeOptions::min_step_sigmas,
+             "smallest step of grey at a boundary, standard deviations of the noise")
+      .field("max_sigma_px", &pattern::StripeEdgeOptions::max_sigma_px,
+             "largest standard deviation of a boundary, camera pixels")
+      .field("camera_blur_px", &pattern::StripeEdgeOptions::camera_blur_px,
+             "standard deviation of the camera's blur, camera pixels");
 
   function(m, "stripe_edges", &pattern::stripe_edges,
            "All edges of both axes, row-major in the camera for the columns, then for the rows.\n"
            "Each axis is scanned along the camera direction in which its codes vary faster;\n"
            "mirrored and turned projectors are read like any other. `captures` are those that\n"
-           "`decoded` came from: throws procam::Error as decode() does, and\n"
-           "std::invalid_argument if sizes or steps of the three do not belong together.",
+           "`decoded` came from: raises Error as decode() does, and\n"
+           "ValueError if sizes or steps of the three do not belong together.",
            py::arg("captures"), py::arg("decoded"), py::arg("gray_code"),
            py::arg_v("options", pattern::StripeEdgeOptions{}, "StripeEdgeOptions()"));
   function(

@@ -23,7 +23,9 @@ void bind_joints(py::module_& m) {
       "kLeftHandTip", "kRightHandTip", "kLeftThumb", "kRightThumb", "kLeftHip",      "kRightHip",
       "kLeftKnee",    "kRightKnee",    "kLeftAnkle", "kRightAnkle", "kLeftFoot",     "kRightFoot"};
   for (std::size_t i = 0; i < names.size(); ++i) joint.value(names[i], Joint(i));
-  Enum<people::Side>(m, "Side", "").value("kLeft", people::Side::kLeft).value("kRight", people::Side::kRight);
+  Enum<people::Side>(m, "Side", "Left or right.")
+      .value("kLeft", people::Side::kLeft)
+      .value("kRight", people::Side::kRight);
   function(m, "to_string", py::overload_cast<Joint>(&people::to_string), "As in files: \"left_wrist\".",
            py::arg("joint"));
   function(m, "joint_of", &people::joint_of, "None for another name.", py::arg("name"));
@@ -36,7 +38,7 @@ template <typename Point>
 void bind_skeleton_of(py::module_& m, const char* joint, const char* skeleton, const char* doc) {
   using Seen = people::SeenJoint<Point>;
   using Skeleton = people::SkeletonT<Point>;
-  Record<Seen>(m, joint, "")
+  Record<Seen>(m, joint, "One joint of a person, and how sure it is.")
       .fields_init()
       .field("position", &Seen::position, doc)
       .field("confidence", &Seen::confidence, "0..1, as the tracker states; 1 when it states none");
@@ -44,13 +46,14 @@ void bind_skeleton_of(py::module_& m, const char* joint, const char* skeleton, c
       .fields_init()
       .field("id", &Skeleton::id, "the sender's number for the person")
       .method(
-          "__getitem__", [](const Skeleton& self, Joint wanted) { return self[wanted]; }, "",
-          py::arg("joint"))
+          "__getitem__", [](const Skeleton& self, Joint wanted) { return self[wanted]; },
+          "The joint, or None.", py::arg("joint"))
       .method(
           "__setitem__",
           [](Skeleton& self, Joint wanted, const std::optional<Seen>& seen) { self[wanted] = seen; }, "",
           py::arg("joint"), py::arg("seen"))
-      .method("position", &Skeleton::position, "", py::arg("joint"))
+      .method("position", &Skeleton::position,
+              "Position (3,) of a joint, metres in the sensor's frame, or None.", py::arg("joint"))
       .method(
           "first_of",
           [](const Skeleton& self, const std::vector<Joint>& wanted) {
@@ -81,34 +84,35 @@ void bind_skeletons(py::module_& m) {
       "None for a valid frame; else why it is refused.", py::arg("frame"));
   function(m, "hand_of", &people::hand_of, "Palm, else wrist, else the tip of the fingers.",
            py::arg("person"), py::arg("side"));
-  function(m, "head_of", &people::head_of, "", py::arg("person"));
+  function(m, "head_of", &people::head_of,
+           "Position (3,) of the head, metres in the sensor's frame, or None.", py::arg("person"));
   function(m, "body_of", &people::body_of, "Where the person stands.", py::arg("person"));
 }
 
 void bind_readers(py::module_& m) {
-  Record<people::ParsedSkeletons>(m, "ParsedSkeletons", "")
+  Record<people::ParsedSkeletons>(m, "ParsedSkeletons", "People of one message, or why there are none.")
       .fields_init()
       .field("frames", &people::ParsedSkeletons::frames, "")
       .field("malformed", &people::ParsedSkeletons::malformed, "")
       .field("why", &people::ParsedSkeletons::why, "of the last malformed one");
-  Record<people::PixelPeople>(m, "PixelPeople", "")
+  Record<people::PixelPeople>(m, "PixelPeople", "People of one image, in pixels.")
       .fields_init()
       .field("people", &people::PixelPeople::people, "")
       .field("why", &people::PixelPeople::why, "empty unless the text was refused");
-  Record<people::HipCentredPerson>(m, "HipCentredPerson", "")
+  Record<people::HipCentredPerson>(m, "HipCentredPerson", "A person whose joints count from the hip; metres.")
       .fields_init()
       .field("about_hips", &people::HipCentredPerson::about_hips, "metres about the middle of the hips")
       .field("hips_in_picture", &people::HipCentredPerson::hips_in_picture, "fractions of the picture");
-  Record<people::HipCentredPeople>(m, "HipCentredPeople", "")
+  Record<people::HipCentredPeople>(m, "HipCentredPeople", "People whose joints count from the hip; metres.")
       .fields_init()
       .field("people", &people::HipCentredPeople::people, "")
       .field("why", &people::HipCentredPeople::why, "empty unless the text was refused");
-  Enum<people::JointSet>(m, "JointSet", "")
+  Enum<people::JointSet>(m, "JointSet", "Whose numbers of joints a message uses.")
       .value("kAzureKinect", people::JointSet::kAzureKinect, "32 joints, millimetres")
       .value("kKinectV2", people::JointSet::kKinectV2, "25 joints, metres, x to the sensor's left, y up");
-  Record<people::ForeignJoint>(m, "ForeignJoint", "")
+  Record<people::ForeignJoint>(m, "ForeignJoint", "One joint by its number in another program's set.")
       .fields_init()
-      .field("position", &people::ForeignJoint::position, "")
+      .field("position", &people::ForeignJoint::position, "in the units and axes of the set")
       .field("confidence", &people::ForeignJoint::confidence, "the set's own level");
   function(m, "parse_skeletons", &people::parse_skeletons, "JSON lines, one frame a line (docs/people.md).",
            py::arg("lines"));
@@ -146,7 +150,7 @@ void bind_readers(py::module_& m) {
             return arrived;
           },
           "Frames since the last call, in order of arrival. Never waits.")
-      .method("status", &people::SkeletonSource::status, "");
+      .method("status", &people::SkeletonSource::status, "Is it connected, and what did it receive?");
   function(
       m, "open_skeleton_source", &people::open_skeleton_source,
       "udp:9100, tcp:HOST:PORT, tcp-listen:PORT, vmc:39539, log:FILE[@SPEED]. Error for a text that names\n"
@@ -155,7 +159,7 @@ void bind_readers(py::module_& m) {
 }
 
 void bind_track_of_people(py::module_& m) {
-  Record<people::PeopleOptions>(m, "PeopleOptions", "")
+  Record<people::PeopleOptions>(m, "PeopleOptions", "How people are followed and predicted.")
       .fields_init()
       .field("noise", &people::PeopleOptions::noise, "of a joint along each axis, metres")
       .field("acceleration_sigma", &people::PeopleOptions::acceleration_sigma, "m/s^2")
@@ -168,14 +172,14 @@ void bind_track_of_people(py::module_& m) {
       .field("gate", &people::PeopleOptions::gate, "metres that a person may be from the prediction")
       .field("clock", &people::PeopleOptions::clock, "")
       .field("delay", &people::PeopleOptions::delay, "seconds from a frame's moment to its fastest arrival");
-  Record<people::TrackedPerson>(m, "TrackedPerson", "")
+  Record<people::TrackedPerson>(m, "TrackedPerson", "A person at one moment: number, skeleton, velocities.")
       .fields_init()
       .field("number", &people::TrackedPerson::number, "never given again")
       .field("skeleton", &people::TrackedPerson::skeleton, "at the requested time")
       .field("sigma", &people::TrackedPerson::sigma, "of each joint that is there, metres an axis")
       .field("age", &people::TrackedPerson::age, "seconds since it was seen")
       .field("sightings", &people::TrackedPerson::sightings, "frames that saw it");
-  Record<people::PeopleFaults>(m, "PeopleFaults", "")
+  Record<people::PeopleFaults>(m, "PeopleFaults", "Numbers of messages that were rejected, by reason.")
       .fields_init()
       .field("refused", &people::PeopleFaults::refused, "frames")
       .field("repeated", &people::PeopleFaults::repeated, "frames with a repeated stamp")
@@ -191,12 +195,12 @@ void bind_track_of_people(py::module_& m) {
               py::arg("time"))
       .method("newest", &people::PeopleTrack::newest,
               "The moment of the newest frame; None before the first.")
-      .method("faults", &people::PeopleTrack::faults, "");
-  Record<people::Players>(m, "Players", "")
+      .method("faults", &people::PeopleTrack::faults, "Numbers of messages that were rejected, by reason.");
+  Record<people::Players>(m, "Players", "Who plays on which side of a surface.")
       .fields_init()
       .field("left", &people::Players::left, "TrackedPerson.number")
       .field("right", &people::Players::right, "");
-  Record<people::SeatOptions>(m, "SeatOptions", "")
+  Record<people::SeatOptions>(m, "SeatOptions", "When players take and lose their side.")
       .fields_init()
       .field("middle", &people::SeatOptions::middle, "x on the surface between the sides, metres")
       .field("cross", &people::SeatOptions::cross, "metres beyond the middle")
@@ -214,23 +218,25 @@ void bind_track_of_people(py::module_& m) {
 }
 
 void bind_interaction(py::module_& m) {
-  Record<people::SurfacePoint>(m, "SurfacePoint", "")
+  Record<people::SurfacePoint>(m, "SurfacePoint", "A point on a surface, and its distance from it; metres.")
       .fields_init()
       .field("point", &people::SurfacePoint::point, "the foot of the perpendicular, metres on the surface")
       .field("distance", &people::SurfacePoint::distance, "in front of the surface, metres");
-  function(m, "on_surface", &people::on_surface, "", py::arg("point_in_sensor"),
-           py::arg("surface_from_sensor"));
+  function(m, "on_surface", &people::on_surface,
+           "The point (3,), metres in the sensor's frame, on the surface and its distance\n"
+           "from it.",
+           py::arg("point_in_sensor"), py::arg("surface_from_sensor"));
   function(m, "pointing_ray", &people::pointing_ray, "From the head through the hand; None without both.",
            py::arg("person"), py::arg("side"));
   function(m, "hit_on_surface", &people::hit_on_surface, "None when the ray leads away from it.",
            py::arg("ray_in_sensor"), py::arg("surface_from_sensor"));
-  Record<people::ZoneOptions>(m, "ZoneOptions", "")
+  Record<people::ZoneOptions>(m, "ZoneOptions", "When a zone is entered and left.")
       .fields_init()
       .field("margin", &people::ZoneOptions::margin, "metres: entered that far inside, left that far outside")
       .field("dwell", &people::ZoneOptions::dwell, "seconds inside until it counts as meant")
       .field("patience", &people::ZoneOptions::patience, "seconds without a point until it is left");
   Record<people::Zone> zone(m, "Zone", "Enter, dwell and leave, each reported once.");
-  Enum<people::Zone::Event>(zone.type, "Event", "")
+  Enum<people::Zone::Event>(zone.type, "Event", "Nothing, entered, dwelled, left.")
       .value("kNone", people::Zone::Event::kNone)
       .value("kEntered", people::Zone::Event::kEntered)
       .value("kDwelled", people::Zone::Event::kDwelled)
@@ -240,9 +246,9 @@ void bind_interaction(py::module_& m) {
             "", py::arg("polygon"), py::arg_v("options", people::ZoneOptions{}, "ZoneOptions()"))
       .method("update", &people::Zone::update, "Times do not go back; None: nothing was seen.",
               py::arg("point"), py::arg("time"))
-      .method("is_inside", &people::Zone::is_inside, "")
+      .method("is_inside", &people::Zone::is_inside, "Is somebody in the zone?")
       .method("progress", &people::Zone::progress, "share of the dwell, 0..1", py::arg("time"));
-  Record<people::TouchOptions>(m, "TouchOptions", "")
+  Record<people::TouchOptions>(m, "TouchOptions", "When a hand touches a surface.")
       .fields_init()
       .field("near", &people::TouchOptions::near, "metres from the surface at which a touch begins")
       .field("far", &people::TouchOptions::far, "and at which it ends");
@@ -256,7 +262,8 @@ void bind_interaction(py::module_& m) {
 }
 
 void bind_masks(py::module_& m) {
-  Record<people::EyeSafeOptions>(m, "EyeSafeOptions", "")
+  Record<people::EyeSafeOptions>(m, "EyeSafeOptions",
+                                 "How large the dark area about a head is, and when all is dark.")
       .fields_init()
       .field("radius", &people::EyeSafeOptions::radius, "of a head with its hair, metres")
       .field("margin", &people::EyeSafeOptions::margin, "metres")
@@ -264,7 +271,7 @@ void bind_masks(py::module_& m) {
       .field("fresh", &people::EyeSafeOptions::fresh,
              "seconds without news of people after which the frame is dark")
       .field("dark_without_news", &people::EyeSafeOptions::dark_without_news, "");
-  Record<people::MaskResult>(m, "MaskResult", "")
+  Record<people::MaskResult>(m, "MaskResult", "What was darkened.")
       .fields_init()
       .field("blanked", &people::MaskResult::blanked, "the whole frame")
       .field("masked", &people::MaskResult::masked, "heads; of silhouettes, blocks of readings")
@@ -284,7 +291,7 @@ void bind_masks(py::module_& m) {
       "The same, with the track.", py::arg("frame"), py::arg("projector"), py::arg("projector_from_sensor"),
       py::arg("track"), py::arg("light_time"),
       py::arg_v("options", people::EyeSafeOptions{}, "EyeSafeOptions()"));
-  Record<people::SilhouetteOptions>(m, "SilhouetteOptions", "")
+  Record<people::SilhouetteOptions>(m, "SilhouetteOptions", "How people are cut out of a depth image.")
       .fields_init()
       .field("nearer", &people::SilhouetteOptions::nearer, "metres before the background")
       .field("margin", &people::SilhouetteOptions::margin, "metres around every reading")
@@ -296,14 +303,15 @@ void bind_masks(py::module_& m) {
                                           "What may be somebody, in the depth camera's frame.");
   Record<people::Silhouettes::Seen>(silhouettes.type, "Seen", "Somebody's surface is within `radius` of it.")
       .fields_init()
-      .field("middle", &people::Silhouettes::Seen::middle, "")
-      .field("radius", &people::Silhouettes::Seen::radius, "");
+      .field("middle", &people::Silhouettes::Seen::middle, "metres")
+      .field("radius", &people::Silhouettes::Seen::radius, "metres");
   Record<people::Silhouettes::Unseen>(silhouettes.type, "Unseen", "A block without readings.")
       .fields_init()
-      .field("way", &people::Silhouettes::Unseen::way, "")
-      .field("from_", &people::Silhouettes::Unseen::from, "")
-      .field("to", &people::Silhouettes::Unseen::to, "")
-      .field("radius_per_metre", &people::Silhouettes::Unseen::radius_per_metre, "");
+      .field("way", &people::Silhouettes::Unseen::way, "unit vector")
+      .field("from_", &people::Silhouettes::Unseen::from, "metres along it")
+      .field("to", &people::Silhouettes::Unseen::to, "metres along it")
+      .field("radius_per_metre", &people::Silhouettes::Unseen::radius_per_metre,
+             "radius a metre of distance, without unit");
   silhouettes.fields_init()
       .field("seen", &people::Silhouettes::seen, "")
       .field("unseen", &people::Silhouettes::unseen, "");

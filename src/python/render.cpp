@@ -49,13 +49,13 @@ class LockedRenderer {
 };
 
 void bind_options(py::module_& m) {
-  Enum<render::Filter>(m, "Filter", "")
+  Enum<render::Filter>(m, "Filter", "How content is sampled: area (several samples a pixel) or bilinear.")
       .value("kArea", render::Filter::kArea, "the mean over the pixel's footprint: no aliasing")
       .value("kBilinear", render::Filter::kBilinear,
              "one sample at the pixel's centre, as most warps do: faster, and aliases where it\n"
              "minifies");
 
-  Record<render::RenderOptions> render_options(m, "RenderOptions", "");
+  Record<render::RenderOptions> render_options(m, "RenderOptions", "How render() samples and shades.");
   render_options.fields_init()
       .field("filter", &render::RenderOptions::filter, "")
       .field("linear_light", &render::RenderOptions::linear_light,
@@ -112,7 +112,7 @@ void bind_cpu_renderer(py::module_& m) {
 
 void bind_render_functions(py::module_& m) {
   function(m, "require_drawable", &render::require_drawable,
-           "Throws Error(kInput) for a frame with a side above limits::kFrameSide; call it\n"
+           "Raises Error(kInput) for a frame with a side above limits::kFrameSide; call it\n"
            "before taking memory for one.",
            py::arg("frame"));
   function(
@@ -148,7 +148,7 @@ void bind_viewpoint(py::module_& m) {
       m, Gil::kHeld, "facing_viewpoint",
       [](const HeldScene& scene, ImageSize size) { return render::facing_viewpoint(scene_of(scene), size); },
       "In front of the scene's surfaces, looking along their mean normal from the side they\n"
-      "are read from, upright as they are read, far enough back to see all of them. nullopt\n"
+      "are read from, upright as they are read, far enough back to see all of them. None\n"
       "when all are pixel surfaces.",
       py::arg("scene"), py::arg_v("size", ImageSize{960, 640}, "ImageSize(960, 640)"));
   function(
@@ -163,7 +163,8 @@ void bind_viewpoint(py::module_& m) {
 }
 
 void bind_viewer_eye(py::module_& m) {
-  Record<render::ViewerEyeOptions> viewer_eye_options(m, "ViewerEyeOptions", "");
+  Record<render::ViewerEyeOptions> viewer_eye_options(m, "ViewerEyeOptions",
+                                                      "How large a picture viewer_eye() makes.");
   viewer_eye_options.fields_init()
       .field("widest_deg", &render::ViewerEyeOptions::widest_deg,
              "A picture on a plane cannot hold all directions: light that lands farther than half\n"
@@ -172,7 +173,8 @@ void bind_viewer_eye(py::module_& m) {
              "Of the eye's picture. Enough for each projector pixel to see its own, save where one\n"
              "is very fine beside the others; with fewer the picture is coarser.");
 
-  Record<render::ViewerEye> viewer_eye(m, "ViewerEye", "");
+  Record<render::ViewerEye> viewer_eye(m, "ViewerEye",
+                                       "The picture of an eye that sees what the projector lights.");
   viewer_eye.fields_init()
       .field("viewpoint", &render::ViewerEye::viewpoint, "")
       .field("finest_share", &render::ViewerEye::finest_share,
@@ -189,7 +191,7 @@ void bind_viewer_eye(py::module_& m) {
       },
       "The picture of an eye that holds all that the projector lights of the room, such\n"
       "that the projector's finest pixels (all but the finest twentieth) see a pixel of it\n"
-      "each. nullopt where no light lands in sight. The real surfaces are those of `room`;\n"
+      "each. None where no light lands in sight. The real surfaces are those of `room`;\n"
       "their content is not looked at.",
       py::arg("eye_in_projector"), py::arg("room"), py::arg("projector"),
       py::arg_v("options", render::ViewerEyeOptions{}, "ViewerEyeOptions()"));

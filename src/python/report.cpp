@@ -46,7 +46,8 @@ void bind_input(py::module_& m) {
            py::arg("result"), py::arg("wall"), py::arg("accepted"), py::arg("truth") = py::none());
   function(m, "add_truth", &report::add_truth, "Compares with the true rig, on the wall of `input`.",
            py::arg("rig"), py::arg("truth"), py::arg("input"));
-  function(m, "device_counts", &report::device_counts, "", py::arg("result"), py::arg("device"));
+  function(m, "device_counts", &report::device_counts,
+           "Views and points of device number `device`: found, used.", py::arg("result"), py::arg("device"));
 }
 
 void bind_files(py::module_& m) {
@@ -90,7 +91,7 @@ void bind_calibration(py::module_& m) {
       py::arg("input"));
   function(m, "headline",
            py::overload_cast<const Rig&, const RigQuality&, const report::ReportInput&>(&report::headline),
-           "", py::arg("rig"), py::arg("quality"), py::arg("input"));
+           "Of a rig file.", py::arg("rig"), py::arg("quality"), py::arg("input"));
   function(m, "lines",
            py::overload_cast<const calibrate::CalibrationResult&, const report::ReportInput&>(&report::lines),
            "The lines below it.", py::arg("result"), py::arg("input"));
@@ -98,13 +99,13 @@ void bind_calibration(py::module_& m) {
            py::overload_cast<const calibrate::PointsResult&, const std::vector<PointPair>&,
                              const report::ReportInput&>(&report::lines),
            "", py::arg("result"), py::arg("pairs"), py::arg("input"));
-  function(m, "lines", py::overload_cast<const Rig&, const RigQuality&>(&report::lines), "", py::arg("rig"),
-           py::arg("quality"));
+  function(m, "lines", py::overload_cast<const Rig&, const RigQuality&>(&report::lines), "Of a rig file.",
+           py::arg("rig"), py::arg("quality"));
   function(m, "calibration_report", &report::calibration_report,
            "The page as UTF-8 text. The same input gives the same text, byte by byte, in every\n"
            "locale; a number that is not finite reads \"-\". The correspondences are those the\n"
-           "result was made from: their board and the views that were rejected are drawn. Throws\n"
-           "std::invalid_argument when the two do not belong together.",
+           "result was made from: their board and the views that were rejected are drawn. Raises\n"
+           "ValueError when the two do not belong together.",
            py::arg("result"), py::arg("correspondences"),
            py::arg_v("input", report::ReportInput{}, "ReportInput()"));
 }
@@ -142,7 +143,7 @@ void bind_prediction(py::module_& m) {
         report::merge_draws(files, surfaces);
         return surfaces;
       },
-      "The surfaces with the draws of all parts. Throws Error kInput for a file that is no such part or\n"
+      "The surfaces with the draws of all parts. Raises Error kInput for a file that is no such part or\n"
       "of other inputs, and for a part that is missing or given twice.",
       py::arg("files"), py::arg("surfaces"));
   function(m, "prediction_tables", &report::prediction_tables,
@@ -198,6 +199,34 @@ void bind_scans(py::module_& m) {
              "of this station's points alone, by its true pose, along the true normals, metres");
   function(m, "pose_error", &report::pose_error, "The estimated pose against the true one.",
            py::arg("world_from_rig"), py::arg("true_world_from_rig"));
+  function(m, "stations_picture", &report::stations_picture,
+           "The merged points as seen from behind the stations, with a colour for each, beside\n"
+           "their standard deviation: uint8 (h, w, 3), RGB.",
+           py::arg("merged"));
+  Record<report::StationsReport> stations(
+      m, "StationsReport", "Several stations of a rig, and how far they are off where the truth is known.");
+  stations.fields_init()
+      .field("registration", &report::StationsReport::registration, "poses of the stations")
+      .field("merged", &report::StationsReport::merged, "their points in one")
+      .field("true_pose_errors", &report::StationsReport::true_pose_errors, "by station, or none")
+      .field("true_error", &report::StationsReport::true_error, "of the merged points");
+  function(m, "to_json", py::overload_cast<const report::StationsReport&>(&report::to_json),
+           "Stations, pairs, merged points and true errors as JSON text; metres, radians.",
+           py::arg("report"));
+  function(m, "lines", py::overload_cast<const report::StationsReport&>(&report::lines),
+           "The lines of a console.", py::arg("report"));
+  Record<report::ScannedSurface> scanned(m, "ScannedSurface",
+                                         "A scan, its mesh, and how far it is off where the truth is known.");
+  scanned.fields_init()
+      .field("name", &report::ScannedSurface::name, "of the surface")
+      .field("scan", &report::ScannedSurface::scan, "depths; metres")
+      .field("mesh", &report::ScannedSurface::mesh, "metres")
+      .field("error", &report::ScannedSurface::error, "None where the truth is not known")
+      .field("viewer", &report::ScannedSurface::viewer, "None where the truth is not known");
+  function(m, "to_json", py::overload_cast<const std::vector<report::ScannedSurface>&>(&report::to_json),
+           "Pixels, standard deviations, mesh and true error as JSON text; metres.", py::arg("surfaces"));
+  function(m, "lines", py::overload_cast<const std::vector<report::ScannedSurface>&>(&report::lines),
+           "The lines of a console.", py::arg("surfaces"));
   function(m, "scan_picture", &report::scan_picture,
            "Left the surface shaded by its slopes, right the depths' standard deviation in colours. RGB.",
            py::arg("scan"));
@@ -210,9 +239,10 @@ void bind_room_calibration(py::module_& m) {
       .field("result", &report::RoomReport::result, "")
       .field("deviations", &report::RoomReport::deviations, "from a true rig; none: unknown")
       .field("seconds", &report::RoomReport::seconds, "of solving");
-  function(m, "to_json", py::overload_cast<const report::RoomReport&>(&report::to_json), "",
+  function(m, "to_json", py::overload_cast<const report::RoomReport&>(&report::to_json),
+           "Of a room, as text in JSON.", py::arg("report"));
+  function(m, "lines", py::overload_cast<const report::RoomReport&>(&report::lines), "Of a room.",
            py::arg("report"));
-  function(m, "lines", py::overload_cast<const report::RoomReport&>(&report::lines), "", py::arg("report"));
   function(m, "room_calibration_picture", &report::room_calibration_picture,
            "The room from above and from the side: its points in the colours of their standard\n"
            "deviation, cameras and projectors. RGB.",

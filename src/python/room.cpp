@@ -59,9 +59,10 @@ void bind_points(py::module_& m) {
   marked_pixel.fields_init()
       .field("camera", &room::MarkedPixel::camera, "")
       .field("view", &room::MarkedPixel::view, "")
-      .field("pixel", &room::MarkedPixel::pixel, "");
+      .field("pixel", &room::MarkedPixel::pixel, "pixels");
 
-  Record<room::RoomPointsOptions> options(m, "RoomPointsOptions", "");
+  Record<room::RoomPointsOptions> options(m, "RoomPointsOptions",
+                                          "Which light is used as points, and how many.");
   options.fields_init()
       .field("points_a_map", &room::RoomPointsOptions::points_a_map,
              "Points to begin in each light map, spread evenly over the image.")
@@ -70,7 +71,7 @@ void bind_points(py::module_& m) {
              "0: as many as the machine has. The result does not depend on it");
 
   function(m, "room_points", &room::room_points,
-           "Light maps of a room to points of its walls. Throws Error(kInput),\n"
+           "Light maps of a room to points of its walls. Raises Error(kInput),\n"
            "Error(kNotEnoughData).",
            py::arg("lights"), py::arg_v("options", room::RoomPointsOptions{}, "RoomPointsOptions()"));
 }
@@ -78,8 +79,8 @@ void bind_points(py::module_& m) {
 void bind_knowledge(py::module_& m) {
   Record<room::Estimate> estimate(m, "Estimate", "A number and its standard deviation.");
   estimate.fields_init()
-      .field("value", &room::Estimate::value, "")
-      .field("sigma", &room::Estimate::sigma, "");
+      .field("value", &room::Estimate::value, "in the unit of the quantity")
+      .field("sigma", &room::Estimate::sigma, "standard deviation, in the unit of the value");
 
   Record<room::CameraLens> camera_lens(
       m, "CameraLens",
@@ -118,7 +119,8 @@ void bind_knowledge(py::module_& m) {
       m, "KnownTarget",
       "A marker or board of known size that stands still while several camera positions see\n"
       "it: it gives the scale as well.");
-  Record<room::KnownTarget::View> target_view(known_target.type, "View", "");
+  Record<room::KnownTarget::View> target_view(known_target.type, "View",
+                                              "What one camera position sees of the target.");
   target_view.fields_init()
       .field("camera", &room::KnownTarget::View::camera, "")
       .field("view", &room::KnownTarget::View::view, "")
@@ -131,7 +133,7 @@ void bind_knowledge(py::module_& m) {
       .field("size_sigma", &room::KnownTarget::size_sigma, "of its size, a share")
       .field("views", &room::KnownTarget::views, "");
 
-  Record<room::RoomOptions> options(m, "RoomOptions", "");
+  Record<room::RoomOptions> options(m, "RoomOptions", "What calibrate_room() estimates and assumes.");
   options.fields_init()
       .field("cameras", &room::RoomOptions::cameras, "by name; of the others the lens is estimated")
       .field("camera_sheets", &room::RoomOptions::camera_sheets,
@@ -169,7 +171,8 @@ void bind_result(py::module_& m) {
       .field("rms_px", &room::RegionError::rms_px,
              "of one coordinate of the light, projector pixels; 0 without points");
 
-  Record<room::RoomCalibration> calibration(m, "RoomCalibration", "");
+  Record<room::RoomCalibration> calibration(m, "RoomCalibration",
+                                            "Cameras, projectors and points of a room, with covariance.");
   calibration.fields_init()
       .field("rig", &room::RoomCalibration::rig, "each camera where it was first; the first camera's frame")
       .field("positions", &room::RoomCalibration::positions, "")
@@ -197,18 +200,19 @@ void bind_result(py::module_& m) {
 
   function(m, "calibrate_room", &room::calibrate_room,
            "Cameras and projectors together, from the points of a room that they light and see.\n"
-           "Throws Error(kDegenerate) for a room or devices whose light does not determine the rig,\n"
+           "Raises Error(kDegenerate) for a room or devices whose light does not determine the rig,\n"
            "Error(kNotEnoughData), Error(kNotConverged), Error(kInput).",
            py::arg("points"), py::arg("options"));
 
-  Record<room::ParameterDeviation> deviation(m, "ParameterDeviation", "");
+  Record<room::ParameterDeviation> deviation(
+      m, "ParameterDeviation", "A parameter's estimate less its truth, in the parameter's unit.");
   deviation.fields_init()
       .field("name", &room::ParameterDeviation::name, "as in the rig's covariance")
       .field("off", &room::ParameterDeviation::off, "estimate less truth, in the parameter's unit")
       .field("sigma", &room::ParameterDeviation::sigma, "as stated")
       .method("sigmas", &room::ParameterDeviation::sigmas, "off / sigma");
   function(m, "deviations", &room::deviations,
-           "Of every parameter that the rig's covariance names. Throws Error(kInput).", py::arg("rig"),
+           "Of every parameter that the rig's covariance names. Raises Error(kInput).", py::arg("rig"),
            py::arg("truth"));
 }
 

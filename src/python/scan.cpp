@@ -9,7 +9,8 @@ namespace procam::python {
 namespace {
 
 void bind_measure(py::module_& m) {
-  Record<scan::ScanOptions> scan_options(m, "ScanOptions", "");
+  Record<scan::ScanOptions> scan_options(m, "ScanOptions",
+                                         "How light becomes depth, and which pixels are kept.");
   scan_options.fields_init()
       .field("consistency_sigmas", &scan::ScanOptions::consistency_sigmas,
              "limit for columns and rows that disagree")
@@ -23,7 +24,7 @@ void bind_measure(py::module_& m) {
       m, "ScanCounts", "Pixels that have light of both axes, and why some of them have no depth.");
   scan_counts.fields_init()
       .field("lit", &scan::ScanCounts::lit, "")
-      .field("measured", &scan::ScanCounts::measured, "")
+      .field("measured", &scan::ScanCounts::measured, "with a depth")
       .field("inconsistent", &scan::ScanCounts::inconsistent, "column and row do not meet the ray")
       .field("out_of_range", &scan::ScanCounts::out_of_range, "")
       .field("isolated", &scan::ScanCounts::isolated, "");
@@ -58,7 +59,7 @@ void bind_measure(py::module_& m) {
             require_pixel(self.depth.size(), x, y, "Scan.measured");
             return self.measured(x, y);
           },
-          "", py::arg("x"), py::arg("y"))
+          "Has camera pixel (x, y) a depth?", py::arg("x"), py::arg("y"))
       .def(
           "total_sigma",
           [](const scan::Scan& self, int x, int y) {
@@ -72,7 +73,7 @@ void bind_measure(py::module_& m) {
            "float32 (h, w, 2): each camera pixel's (a, b) with the ray (a, b, 1).", py::arg("camera"),
            py::arg("threads") = 0);
   function(m, "measure_depth", &scan::measure_depth,
-           "The depth of what each camera pixel sees, with its standard deviation. Throws\n"
+           "The depth of what each camera pixel sees, with its standard deviation. Raises\n"
            "Error(kInput), Error(kDegenerate), Error(kNotEnoughData).",
            py::arg("light"), py::arg("rig"), py::arg("camera") = "", py::arg("projector") = "",
            py::arg_v("options", scan::ScanOptions{}, "ScanOptions()"));
@@ -81,15 +82,16 @@ void bind_measure(py::module_& m) {
 }
 
 void bind_mesh(py::module_& m) {
-  Record<scan::MeshOptions> mesh_options(m, "MeshOptions", "");
+  Record<scan::MeshOptions> mesh_options(m, "MeshOptions", "How depths become triangles.");
   mesh_options.fields_init()
       .field("max_deviation", &scan::MeshOptions::max_deviation, "metres")
-      .field("max_sigmas", &scan::MeshOptions::max_sigmas, "")
+      .field("max_sigmas", &scan::MeshOptions::max_sigmas,
+             "largest step between neighbours, standard deviations")
       .field("min_angle", &scan::MeshOptions::min_angle, "radians")
       .field("max_hole", &scan::MeshOptions::max_hole, "pixels along x or y that are bridged; 0: none");
 
   function(m, "mesh_of", &scan::mesh_of,
-           "A mesh in the rig's frame that keeps edges and holes. Throws Error(kNotEnoughData).",
+           "A mesh in the rig's frame that keeps edges and holes. Raises Error(kNotEnoughData).",
            py::arg("scan"), py::arg_v("options", scan::MeshOptions{}, "MeshOptions()"));
 }
 
@@ -100,10 +102,11 @@ void bind_error(py::module_& m) {
       .field("compared", &scan::ScanError::compared, "")
       .field("rms", &scan::ScanError::rms, "along the true surface's normal, without outliers")
       .field("median", &scan::ScanError::median, "of its absolute value")
-      .field("expected_rms", &scan::ScanError::expected_rms, "")
-      .field("noise_rms", &scan::ScanError::noise_rms, "")
-      .field("inside_3_sigma", &scan::ScanError::inside_3_sigma, "")
-      .field("outliers", &scan::ScanError::outliers, "");
+      .field("expected_rms", &scan::ScanError::expected_rms, "as the standard deviations predict it, metres")
+      .field("noise_rms", &scan::ScanError::noise_rms, "the part of the light's noise in it, metres")
+      .field("inside_3_sigma", &scan::ScanError::inside_3_sigma,
+             "share of the pixels within three standard deviations, 0 .. 1")
+      .field("outliers", &scan::ScanError::outliers, "share of the pixels, 0 .. 1");
 
   Record<scan::TrueView> true_view(m, "TrueView", "Depths that a camera would measure without error.");
   true_view.fields_init()
@@ -127,8 +130,8 @@ void bind_error(py::module_& m) {
       .field("diagnostics", &scan::ViewerError::diagnostics,
              "viewer_off: more than a pixel of a viewer's image in more than 5 % of the rigs");
   function(m, "viewer_error", &scan::viewer_error,
-           "By 400 rigs drawn from the covariance, always the same ones. Throws\n"
-           "std::invalid_argument for an eye that is not finite.",
+           "By 400 rigs drawn from the covariance, always the same ones. Raises\n"
+           "ValueError for an eye that is not finite.",
            py::arg("scan"), py::arg("eye_in_rig"));
 
   function(m, "compare", py::overload_cast<const scan::Scan&, ViewF>(&scan::compare),
@@ -146,7 +149,7 @@ void bind_stations(py::module_& m) {
       .field("scans", &scan::Station::scans, "")
       .field("world_from_rig", &scan::Station::world_from_rig, "where the rig is known to be, or None");
 
-  Record<scan::RegistrationOptions> options(m, "RegistrationOptions", "");
+  Record<scan::RegistrationOptions> options(m, "RegistrationOptions", "How stations are aligned.");
   options.fields_init()
       .field("refine", &scan::RegistrationOptions::refine, "False: the known poses are kept")
       .field("max_turn", &scan::RegistrationOptions::max_turn, "radians, without known poses")
@@ -159,7 +162,7 @@ void bind_stations(py::module_& m) {
       .field("max_points", &scan::RegistrationOptions::max_points, "of each pair of stations")
       .field("threads", &scan::RegistrationOptions::threads, "0: as many as the machine has");
 
-  Record<scan::RegisteredStation> registered(m, "RegisteredStation", "");
+  Record<scan::RegisteredStation> registered(m, "RegisteredStation", "One station's pose, with covariance.");
   registered.fields_init()
       .field("name", &scan::RegisteredStation::name, "")
       .field("pose", &scan::RegisteredStation::pose, "world_from_rig")
@@ -174,24 +177,25 @@ void bind_stations(py::module_& m) {
       .field("overlap", &scan::StationPair::overlap, "share of the points")
       .field("rms", &scan::StationPair::rms, "of the residuals, metres");
 
-  Record<scan::Registration> registration(m, "Registration", "");
+  Record<scan::Registration> registration(m, "Registration", "All stations' poses, and how well they fit.");
   registration.fields_init()
       .field("stations", &scan::Registration::stations, "")
       .field("pairs", &scan::Registration::pairs, "")
       .field("rig_error", &scan::Registration::rig_error, "c of RigModes")
       .field("covariance", &scan::Registration::covariance, "of all poses (6 each), then of c")
-      .field("noise_factor", &scan::Registration::noise_factor, "")
+      .field("noise_factor", &scan::Registration::noise_factor, "residuals over their expected size")
       .field("has_known_poses", &scan::Registration::has_known_poses, "")
       .field("diagnostics", &scan::Registration::diagnostics, "");
 
   function(m, "register_stations", &scan::register_stations,
-           "The poses of all stations by the surfaces that they see in common. Throws\n"
+           "The poses of all stations by the surfaces that they see in common. Raises\n"
            "Error(kNotEnoughData), Error(kDegenerate), Error(kNotConverged).",
            py::arg("stations"), py::arg_v("options", scan::RegistrationOptions{}, "RegistrationOptions()"));
 }
 
 void bind_merge(py::module_& m) {
-  Record<scan::MergeOptions> options(m, "MergeOptions", "");
+  Record<scan::MergeOptions> options(m, "MergeOptions",
+                                     "How the points of several stations become one mesh.");
   options.fields_init()
       .field("mesh", &scan::MergeOptions::mesh, "")
       .field("max_sigmas", &scan::MergeOptions::max_sigmas,
@@ -205,13 +209,14 @@ void bind_merge(py::module_& m) {
       .field("scan", &scan::FusedScan::scan, "all measured pixels, fused")
       .field("kept", &scan::FusedScan::kept, "of the surfaces that no other station sees better");
 
-  Record<scan::MergedStations> merged(m, "MergedStations", "");
+  Record<scan::MergedStations> merged(m, "MergedStations", "The mesh of all stations; metres.");
   merged.fields_init()
       .field("scans", &scan::MergedStations::scans, "")
       .field("cloud", &scan::MergedStations::cloud, "sigma is along the normal")
       .field("cloud_station", &scan::MergedStations::cloud_station, "of each point")
       .field("mesh", &scan::MergedStations::mesh, "")
-      .field("fused_share", &scan::MergedStations::fused_share, "")
+      .field("fused_share", &scan::MergedStations::fused_share,
+             "share of the pixels that two stations or more see, 0 .. 1")
       .field("gap_before", &scan::MergedStations::gap_before, "metres")
       .field("gap_expected", &scan::MergedStations::gap_expected, "metres")
       .field("contradictions", &scan::MergedStations::contradictions, "pixels")

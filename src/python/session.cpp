@@ -97,7 +97,7 @@ void bind_session_pattern(py::module_& m) {
       .def("frames", &SessionPattern::frames,
            "What the projector shows, uint8 (h, w) or (h, w, 3) of its size, in the order of\n"
            "capture.")
-      .def("frame_count", &SessionPattern::frame_count)
+      .def("frame_count", &SessionPattern::frame_count, "Number of frames of one view.")
       .def("save_files", &SessionPattern::save_files,
            "Files beside session.json that text() names; most patterns have none.", py::arg("session_folder"))
       .def("channels", &SessionPattern::channels,
@@ -109,7 +109,7 @@ void bind_session_pattern(py::module_& m) {
            "Does the light in a mirror look like the light itself? Then a session with a plain\n"
            "printed board cannot show that the camera's images are mirrored.")
       .def("read", &SessionPattern::read,
-           "One board pose from its captures, frame by frame. Throws Error(kInput) for captures\n"
+           "One board pose from its captures, frame by frame. Raises Error(kInput) for captures\n"
            "that are not of this pattern.",
            py::arg("view_name"), py::arg("captures"), py::arg("board"),
            py::call_guard<py::gil_scoped_release>())
@@ -122,17 +122,19 @@ void bind_session_pattern(py::module_& m) {
            "The table as help for --pattern: \"gray (...) | phase (...)\".");
   function(m, "make_pattern", &session::make_pattern,
            "\"gray\", a name with parameters after a colon, or a pattern file (.json,\n"
-           "io/session/pattern_file.hpp). Throws Error(kInput) with the names there are.",
+           "io/session/pattern_file.hpp). Raises Error(kInput) with the names there are.",
            py::arg("text"), py::arg("projector_size"), py::arg("step") = 1);
 }
 
 void bind_plan(py::module_& m) {
-  Record<session::PlannedView> planned_view(m, "PlannedView", "");
+  Record<session::PlannedView> planned_view(m, "PlannedView",
+                                            "One view of a session: its name and its files.");
   planned_view.fields_init()
       .field("name", &session::PlannedView::name, "")
       .field("stacks", &session::PlannedView::stacks, "");
 
-  Record<session::PlannedProjector> planned_projector(m, "PlannedProjector", "");
+  Record<session::PlannedProjector> planned_projector(m, "PlannedProjector",
+                                                      "One projector of a session: name, size, pattern.");
   planned_projector.field("name", &session::PlannedProjector::name, "")
       .field("size", &session::PlannedProjector::size, "");
   planned_projector.type.def_property(
@@ -203,7 +205,7 @@ void bind_reader(py::module_& m) {
 
   function(m, "open", &session::open,
            "What is to be read, without reading an image: `options` first, then session.json;\n"
-           "without either the pattern is \"gray\". Throws Error(kInput) naming the flag that\n"
+           "without either the pattern is \"gray\". Raises Error(kInput) naming the flag that\n"
            "would answer what neither says, and for folders that do not tell which device they\n"
            "belong to. The pattern kDecodedMaps stands for views that another program has\n"
            "decoded.\n"
@@ -252,21 +254,21 @@ void bind_single_reads(py::module_& m) {
 
   function(m, "read_light", &session::read_light,
            "Which projector pixel lights each camera pixel, of the view of that name or of the\n"
-           "only one. Throws Error(kInput).",
+           "only one. Raises Error(kInput).",
            py::arg("plan"), py::arg("view") = "");
   function(m, "read_observations", &session::read_observations,
            "A table of observations (io/session/observations_file.hpp); `devices` and `board` as\n"
            "far as the caller knows them. Views without four points in any camera are rejected\n"
-           "with a warning, as in a session of images. Throws as io::load_observations().",
+           "with a warning, as in a session of images. Raises as io::load_observations().",
            py::arg("file"), py::arg_v("devices", std::vector<Device>{}, "()"), py::arg("board") = py::none());
   function(m, "read_board_images", &session::read_board_images,
            "The images of a folder (png, jpg, bmp, tif), each one view of the board by one\n"
            "camera called \"camera\". Images whose size is not that of most are rejected by name.\n"
-           "Throws Error(kInput) for a folder without images and for images without the board,\n"
+           "Raises Error(kInput) for a folder without images and for images without the board,\n"
            "Error(kIo) for what cannot be read.",
            py::arg("folder"), py::arg("board"), py::arg("progress") = py::none());
   function(m, "read_board_image", &session::read_board_image,
-           "The board's points in one image file. Throws Error(kIo), Error(kInput) for what\n"
+           "The board's points in one image file. Raises Error(kIo), Error(kInput) for what\n"
            "cannot be read.",
            py::arg("file"), py::arg("board"));
 }
@@ -274,10 +276,10 @@ void bind_single_reads(py::module_& m) {
 void bind_folders(py::module_& m) {
   function(m, "numbered", &session::numbered, "\"view_07\", \"frame_12.png\": at least two digits.",
            py::arg("stem"), py::arg("number"), py::arg("extension") = "");
-  function(m, "make_folder", &session::make_folder, "Makes the folder unless it is there. Throws Error(kIo).",
+  function(m, "make_folder", &session::make_folder, "Makes the folder unless it is there. Raises Error(kIo).",
            py::arg("folder"));
   function(m, "require_same_session", &session::require_same_session,
-           "Throws Error(kInput) when the folder holds a session of another pattern, size, step\n"
+           "Raises Error(kInput) when the folder holds a session of another pattern, size, step\n"
            "or board.",
            py::arg("folder"), py::arg("session"));
   function(m, "is_complete", &session::is_complete, "session/view_NN of an earlier run, complete?",
@@ -289,7 +291,8 @@ void bind_folders(py::module_& m) {
 }
 
 void bind_simulated(py::module_& m) {
-  Record<session::SimulationOptions> simulation_options(m, "SimulationOptions", "");
+  Record<session::SimulationOptions> simulation_options(m, "SimulationOptions",
+                                                        "What write_simulated_session() simulates.");
   simulation_options.fields_init()
       .field("seed", &session::SimulationOptions::seed, "")
       .field("level", &session::SimulationOptions::level, "")
@@ -320,7 +323,7 @@ void bind_simulated(py::module_& m) {
   function(m, "settings_help", &session::settings_help,
            "The keys of `settings` with an example and their meaning, for --help.");
   function(m, "write_simulated_session", &session::write_simulated_session,
-           "The folder appears whole or not at all. Throws Error(kIo) for a folder that is not\n"
+           "The folder appears whole or not at all. Raises Error(kIo) for a folder that is not\n"
            "empty (unless `replace`, and then for one that is no simulated session),\n"
            "Error(kInput) for settings that cannot be read, Error(kUnsupported) for `markers`,\n"
            "`check` and `board` with several devices, and as make_session() does.",

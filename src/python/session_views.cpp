@@ -9,16 +9,16 @@ namespace procam::python {
 namespace {
 
 void bind_change(py::module_& m) {
-  Record<session::Change> change(m, "Change", "");
+  Record<session::Change> change(m, "Change", "How much two images of one scene differ.");
   change.fields_init()
       .field("share", &session::Change::share, "of the image's blocks that changed, 0..1")
       .field("largest", &session::Change::largest,
              "rms difference of the block that changed most beyond noise, grey levels")
-      .method("any", &session::Change::any, "");
+      .method("any", &session::Change::any, "Has any part changed?");
 
   function(m, "compare", &session::compare,
-           "Throws std::invalid_argument for images of two sizes or more than one channel.", py::arg("a"),
-           py::arg("b"), py::arg("noise"));
+           "Raises ValueError for images of two sizes or more than one channel.", py::arg("a"), py::arg("b"),
+           py::arg("noise"));
   function(m, "measure_noise", &session::measure_noise,
            "The noise of single frames, from frames of one unchanging scene: variance at_black +\n"
            "per_level * grey through the medians of the blocks' half mean squared differences,\n"
@@ -76,17 +76,18 @@ void bind_checks(py::module_& m) {
       "two rounds, so that noise averages out. A camera with a curve of its own makes s\n"
       "fall with the contrast it resolves, (C - D)^2; that share is taken out first.");
   native_check.fields_init()
-      .field("beat", &session::NativeCheck::beat, "")
+      .field("beat", &session::NativeCheck::beat, "contrast of the beat, without unit")
       .field("diagnostics", &session::NativeCheck::diagnostics,
              "Failure \"resampled\" above kLargestBeat. Warning \"not_checked\" when too few pixels\n"
              "are bright and unsaturated.");
 
-  function(m, "check_exposure", &session::check_exposure, "", py::arg("white"), py::arg("black"),
-           py::arg("noise"));
+  function(m, "check_exposure", &session::check_exposure,
+           "Contrast and saturation by a lit and an unlit image, uint8 (h, w).", py::arg("white"),
+           py::arg("black"), py::arg("noise"));
 }
 
 void bind_delay(py::module_& m) {
-  Record<session::Delay> delay(m, "Delay", "");
+  Record<session::Delay> delay(m, "Delay", "Time from the display to the camera's frame.");
   delay.fields_init()
       .field("delay_s", &session::Delay::delay_s,
              "from show() to the arrival of a frame whose exposure has its middle there")
@@ -129,14 +130,14 @@ void bind_board_view(py::module_& m) {
            "covariance of one (what moves a corner, blur and the pixels' grid, moves it in all\n"
            "of them). The light was read where each picture had the corner; it is carried to the\n"
            "mean by the homography from the camera's picture to the projector's, which is good\n"
-           "for the small part of a pixel that this takes. Throws std::invalid_argument for\n"
+           "for the small part of a pixel that this takes. Raises ValueError for\n"
            "device numbers that are no camera and projector.",
            py::arg("name"), py::arg("devices"), py::arg("readings"));
   function(m, "join", &session::join,
            "Correspondences of all views in which a camera sees at least four points, and the\n"
            "others as many as they have. Diagnostics of the detections are kept, their view\n"
            "named; a rejected view is warned of (\"view_left_out\"). Light points travel with\n"
-           "their view. Throws Error(kInput), naming the view, where an image's size is not the\n"
+           "their view. Raises Error(kInput), naming the view, where an image's size is not the\n"
            "device's, and Error(kNotEnoughData) when no view is left.",
            py::arg("board"), py::arg("devices"), py::arg("views"));
 }
@@ -149,7 +150,8 @@ void bind_projected_board(py::module_& m) {
       .field("flat_lit", &session::ProjectedBoardPoints::flat_lit, "the same view under flat light")
       .field("diagnostics", &session::ProjectedBoardPoints::diagnostics, "why there are no points");
 
-  Record<session::ProjectedBoardCapture> projected_board_capture(m, "ProjectedBoardCapture", "");
+  Record<session::ProjectedBoardCapture> projected_board_capture(
+      m, "ProjectedBoardCapture", "A projected board that was read from captures.");
   projected_board_capture.fields_init()
       .field("light", &session::ProjectedBoardCapture::light,
              "the points found, the flat-lit image, warnings")
@@ -158,7 +160,7 @@ void bind_projected_board(py::module_& m) {
 
   function(m, "read_projected_board", &session::read_projected_board,
            "Reads the captures of `pattern`; empty: what session.json states, in the folder or\n"
-           "the one above. Throws Error(kInput) for a pattern that is no projected board, for\n"
+           "the one above. Raises Error(kInput) for a pattern that is no projected board, for\n"
            "images of another size than the camera's, and where the pattern is not found.",
            py::arg("captures"), py::arg("pattern"), py::arg("projector_size"), py::arg("camera_size"));
 }
@@ -169,14 +171,16 @@ void bind_shown_views(py::module_& m) {
       .field("shown", &session::ShownFlags::shown, "shown.json, or the frame that was shown in all views")
       .field("upright", &session::ShownFlags::upright, "");
 
-  Record<session::PhotographedView> photographed_view(m, "PhotographedView", "");
+  Record<session::PhotographedView> photographed_view(m, "PhotographedView",
+                                                      "One photograph, and which board it shows.");
   photographed_view.fields_init()
       .field("name", &session::PhotographedView::name, "")
       .field("photograph", &session::PhotographedView::photograph, "")
       .field("unlit", &session::PhotographedView::unlit, "empty where there is none")
       .field("board", &session::PhotographedView::board, "index into ShownViews::boards");
 
-  Record<session::ShownViews> shown_views(m, "ShownViews", "");
+  Record<session::ShownViews> shown_views(m, "ShownViews",
+                                          "Photographs of shown frames, with the boards in them.");
   shown_views.fields_init()
       .field("boards", &session::ShownViews::boards, "")
       .field("views", &session::ShownViews::views, "")

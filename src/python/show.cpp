@@ -59,11 +59,11 @@ void bind_watch_status(py::module_& m) {
       "Durations in bins that grow by a twentieth of an octave, from 1 us to 1000 s:\n"
       "percentiles are right to 1.8 %, whatever came, in 5 KB. Shorter ones count as 1 us,\n"
       "longer as 1000 s.");
-  durations.method("add", &show::Durations::add, "", py::arg("seconds"))
-      .method("count", &show::Durations::count, "")
-      .method("mean", &show::Durations::mean, "")
-      .method("largest", &show::Durations::largest, "")
-      .method("sum", &show::Durations::sum, "")
+  durations.method("add", &show::Durations::add, "Adds one duration, seconds.", py::arg("seconds"))
+      .method("count", &show::Durations::count, "How many were added.")
+      .method("mean", &show::Durations::mean, "Seconds; 0 without any.")
+      .method("largest", &show::Durations::largest, "Seconds; 0 without any.")
+      .method("sum", &show::Durations::sum, "Seconds.")
       .method("quantile", &show::Durations::quantile,
               "The duration that the share `q` (0..1) of all does not exceed; 0 without any.", py::arg("q"));
 
@@ -147,7 +147,7 @@ void bind_metrics(py::module_& m) {
       .field("changes", &show::BlendMetrics::changes, "of the maps that frames are drawn with")
       .field("last_change_s", &show::BlendMetrics::last_change_s,
              "from a change of surfaces or projectors to the frame that follows it, the last time");
-  Record<show::Metrics> metrics(m, "Metrics", "");
+  Record<show::Metrics> metrics(m, "Metrics", "Counts and durations of a running show.");
   metrics.fields_init()
       .field("frames", &show::Metrics::frames, "shown")
       .field("dropped", &show::Metrics::dropped, "whose time passed while another was drawn")
@@ -294,7 +294,8 @@ void bind_inputs(py::module_& m) {
 }
 
 void bind_show_options(py::module_& m) {
-  Record<show::ShowOptions> show_options(m, "ShowOptions", "");
+  Record<show::ShowOptions> show_options(m, "ShowOptions",
+                                         "What a show draws, where it draws, and what it listens to.");
   show_options.fields_init()
       .field("projector", &show::ShowOptions::projector,
              "its name in the rig; may be empty when the rig has one")
@@ -367,12 +368,12 @@ void bind_show_options(py::module_& m) {
 
 void bind_show_files(py::module_& m) {
   function(m, "load_options", &show::load_options,
-           "Relative file names become relative to the working directory. Throws Error(kIo), and\n"
+           "Relative file names become relative to the working directory. Raises Error(kIo), and\n"
            "Error(kInput) with file, line and field, also for an unknown field.",
            py::arg("path"));
   function(m, "save_options", &show::save_options,
            "Writes what differs from the defaults; file names become relative to the file.\n"
-           "Throws Error(kIo).",
+           "Raises Error(kIo).",
            py::arg("path"), py::arg("options"));
 }
 
@@ -386,13 +387,14 @@ void bind_reports(py::module_& m) {
       .field("teleports", &show::PeopleCounts::teleports, "joints that jumped")
       .field("sent", &show::PeopleCounts::sent, "frames sent to contents");
 
-  Record<show::ShowReport> show_report(m, "ShowReport", "");
+  Record<show::ShowReport> show_report(m, "ShowReport",
+                                       "What happened in a show: frames, durations, faults.");
   show_report.fields_init()
       .field("metrics", &show::ShowReport::metrics, "")
       .field("poses", &show::ShowReport::poses, "by their fate")
       .field("people", &show::ShowReport::people, "");
 
-  Record<show::ReplayReport> replay_report(m, "ReplayReport", "");
+  Record<show::ReplayReport> replay_report(m, "ReplayReport", "What a replay drew.");
   replay_report.fields_init()
       .field("frames", &show::ReplayReport::frames, "")
       .field("equal", &show::ReplayReport::equal, "to the recorded ones, bit for bit");
@@ -428,7 +430,7 @@ void bind_run(py::module_& m) {
         return show::run(rig, options, &interruptible_listener);
       },
       "Shows until the window is closed, the time is over, the listener raises or Ctrl-C.\n"
-      "Throws Error for options, files and devices that cannot be used.",
+      "Raises Error for options, files and devices that cannot be used.",
       py::arg("rig"), py::arg("options"), py::arg("listener") = py::none());
   function(
       m, "run",

@@ -15,7 +15,8 @@ void bind_world(py::module_& m) {
       .field("layout", &simulate::PrintedBoard::layout, "")
       .field("margin", &simulate::PrintedBoard::margin, "white paper round the print, metres")
       .field("white_albedo", &simulate::PrintedBoard::white_albedo, "0..1")
-      .field("black_albedo", &simulate::PrintedBoard::black_albedo, "")
+      .field("black_albedo", &simulate::PrintedBoard::black_albedo,
+             "share of the light that is reflected, 0 .. 1")
       .field("blank", &simulate::PrintedBoard::blank, "more white paper to the right and below, metres")
       .field("sheet", &simulate::PrintedBoard::sheet,
              "what the paper is: z of print, margin and blank paper alike")
@@ -36,13 +37,13 @@ void bind_world(py::module_& m) {
              "diameter, metres: focal length / f-number; 0: all is in focus")
       .field("focus", &simulate::ThinLens::focus, "depth of the plane in focus, metres");
 
-  Record<simulate::World> world(m, "World", "");
+  Record<simulate::World> world(m, "World", "A true world: rig, printed board, wall and light.");
   world.fields_init()
       .field("rig", &simulate::World::rig, "one camera, one projector")
-      .field("board", &simulate::World::board, "")
+      .field("board", &simulate::World::board, "printed")
       .field("rig_from_board", &simulate::World::rig_from_board, "")
       .field("wall_in_rig", &simulate::World::wall_in_rig, "")
-      .field("wall_albedo", &simulate::World::wall_albedo, "")
+      .field("wall_albedo", &simulate::World::wall_albedo, "share of the light that is reflected, 0 .. 1")
       .field("ambient", &simulate::World::ambient, "irradiance, in units of the projector's at one metre");
 
   Record<simulate::ProjectorMap> projector_map(
@@ -55,7 +56,7 @@ void bind_world(py::module_& m) {
 void bind_world_geometry(py::module_& m) {
   function(m, "rig_from_wall", &simulate::rig_from_wall,
            "A surface frame on the wall: origin where the camera's axis meets it, x as the\n"
-           "camera's, z into the wall. Throws std::invalid_argument when the camera does not\n"
+           "camera's, z into the wall. Raises ValueError when the camera does not\n"
            "face the wall.",
            py::arg("world"));
   function(m, "with_bare_wall", &simulate::with_bare_wall,
@@ -70,17 +71,19 @@ void bind_world_geometry(py::module_& m) {
            "covers, at their exact pixels. Occlusion is ignored: nothing stands before the\n"
            "board.",
            py::arg("world"));
-  function(m, "board_in_projector", &simulate::board_in_projector, "", py::arg("world"));
+  function(m, "board_in_projector", &simulate::board_in_projector,
+           "The true projector pixels of the board's points.", py::arg("world"));
   function(m, "camera_pixel_of_light", &simulate::camera_pixel_of_light,
-           "Where the camera sees that light; nullopt where it falls outside the sheet or the\n"
+           "Where the camera sees that light; None where it falls outside the sheet or the\n"
            "image.",
            py::arg("world"), py::arg("projector_pixel"));
   function(m, "projector_pixel_seen_at", &simulate::projector_pixel_seen_at,
            "The projector pixel whose light falls on the surface point that a camera pixel sees;\n"
-           "nullopt where the camera sees nothing, or where no projector light arrives (outside\n"
+           "None where the camera sees nothing, or where no projector light arrives (outside\n"
            "its picture, in the board's shadow, from behind).",
            py::arg("world"), py::arg("camera_pixel"));
-  function(m, "projector_map", &simulate::projector_map, "", py::arg("world"));
+  function(m, "projector_map", &simulate::projector_map, "The true map from camera to projector pixels.",
+           py::arg("world"));
 }
 
 void bind_captures(py::module_& m) {
@@ -99,7 +102,8 @@ void bind_captures(py::module_& m) {
              "Brightness over the rows, 1 + amplitude sin(2 pi (row / rows + phase)): mains light\n"
              "and a rolling shutter.");
 
-  Record<simulate::CaptureOptions> capture_options(m, "CaptureOptions", "");
+  Record<simulate::CaptureOptions> capture_options(
+      m, "CaptureOptions", "Noise, blur, exposure and ambient light of a simulated camera.");
   capture_options.fields_init()
       .field("brightest_grey", &simulate::CaptureOptions::brightest_grey,
              "Grey level of the brightest corner of the sheet under full projector light: sets the\n"
@@ -132,20 +136,21 @@ void bind_captures(py::module_& m) {
 
   function(m, "capture", &simulate::capture,
            "One capture a projector frame (one channel or three, all alike; the projector's\n"
-           "size, 0 dark .. 255 full light). Throws std::invalid_argument for frames of another\n"
+           "size, 0 dark .. 255 full light). Raises ValueError for frames of another\n"
            "size, options out of range, or a sheet that no light reaches.",
            py::arg("world"), py::arg("projector_frames"),
            py::arg_v("options", simulate::CaptureOptions{}, "CaptureOptions()"));
 }
 
 void bind_conditions(py::module_& m) {
-  Record<simulate::Range> range(m, "Range", "");
+  Record<simulate::Range> range(m, "Range", "Two limits.");
   range.fields_init()
-      .field("low", &simulate::Range::low, "")
-      .field("high", &simulate::Range::high, "")
+      .field("low", &simulate::Range::low, "in the unit of the quantity")
+      .field("high", &simulate::Range::high, "in the unit of the quantity")
       .field("either_sign", &simulate::Range::either_sign, "low .. high or -high .. -low");
 
-  Record<simulate::Conditions> conditions(m, "Conditions", "");
+  Record<simulate::Conditions> conditions(m, "Conditions",
+                                          "What a simulated session varies: light, noise, poses, defects.");
   conditions.fields_init()
       .field("camera_skew_px", &simulate::Conditions::camera_skew_px, "K(0, 1)")
       .field("projector_skew_px", &simulate::Conditions::projector_skew_px, "K(0, 1)")
@@ -229,9 +234,9 @@ void bind_view_defects(py::module_& m) {
       .field("stale", &simulate::ViewDefects::stale, "at this share of the sequence")
       .field("missing", &simulate::ViewDefects::missing, "at this share of the sequence")
       .field("torn", &simulate::ViewDefects::torn, "at this share of the sequence")
-      .method("empty", &simulate::ViewDefects::empty, "");
+      .method("empty", &simulate::ViewDefects::empty, "Has the view no defect?");
   move.fields_init()
-      .field("share", &simulate::ViewDefects::Move::share, "")
+      .field("share", &simulate::ViewDefects::Move::share, "when it moves, share of the sequence, 0 .. 1")
       .field("board_from_moved", &simulate::ViewDefects::Move::board_from_moved, "");
 
   function(m, "frame_at", &simulate::frame_at,
@@ -244,13 +249,13 @@ void bind_view_defects(py::module_& m) {
 }
 
 void bind_session_levels(py::module_& m) {
-  Enum<simulate::Level>(m, "Level", "")
+  Enum<simulate::Level>(m, "Level", "How difficult a simulated session is.")
       .value("kEasy", simulate::Level::kEasy)
       .value("kPaper", simulate::Level::kPaper)
       .value("kHard", simulate::Level::kHard);
 
-  function(m, "to_string", &simulate::to_string, "", py::arg("level"));
-  function(m, "level_named", &simulate::level_named, "Throws Error(kUnsupported) for an unknown name.",
+  function(m, "to_string", &simulate::to_string, "The level's name, e.g. \"easy\".", py::arg("level"));
+  function(m, "level_named", &simulate::level_named, "Raises Error(kUnsupported) for an unknown name.",
            py::arg("name"));
   function(m, "projector_size", &simulate::projector_size, "The size of the level's projector picture.",
            py::arg("level"));
@@ -265,7 +270,8 @@ void bind_simulated_session(py::module_& m) {
       .field("layout", &simulate::BoardPrint::layout, "")
       .field("artwork", &simulate::BoardPrint::artwork, "");
 
-  Record<simulate::SimulatedSession> simulated_session(m, "SimulatedSession", "");
+  Record<simulate::SimulatedSession> simulated_session(
+      m, "SimulatedSession", "A session with its truth: the views, the camera, and what was done to them.");
   simulated_session.fields_init()
       .field("level", &simulate::SimulatedSession::level, "")
       .field("views", &simulate::SimulatedSession::views,
@@ -284,21 +290,21 @@ void bind_simulated_session(py::module_& m) {
             require(!self.views.empty(), "SimulatedSession.rig: no views");
             return self.rig();
           },
-          "")
+          "The true rig, a copy.")
       .method(
           "board",
           [](const simulate::SimulatedSession& self) {
             require(!self.views.empty(), "SimulatedSession.board: no views");
             return self.board();
           },
-          "");
+          "The printed board, a copy.");
 
   function(m, "make_session",
            py::overload_cast<simulate::Level, std::uint64_t, const std::optional<Eigen::AlignedBox2d>&,
                              const std::optional<simulate::BoardPrint>&>(&simulate::make_session),
            "`on_blank_paper` is the part of the projector's picture that lands on blank paper in\n"
-           "every view. Throws Error(kNotConverged) when no poses are found that camera and\n"
-           "projector both cover, std::invalid_argument for conditions out of range. Without\n"
+           "every view. Raises Error(kNotConverged) when no poses are found that camera and\n"
+           "projector both cover, ValueError for conditions out of range. Without\n"
            "conditions: those of the level.",
            py::arg("level"), py::arg("seed"), py::arg("on_blank_paper") = py::none(),
            py::arg("print") = py::none());

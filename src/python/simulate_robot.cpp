@@ -9,7 +9,7 @@ namespace procam::python {
 namespace {
 
 void bind_localiser(py::module_& m) {
-  Record<simulate::Localiser> localiser(m, "Localiser", "");
+  Record<simulate::Localiser> localiser(m, "Localiser", "How a localiser errs: rate, delay, noise, drift.");
   localiser.fields_init()
       .field("rate", &simulate::Localiser::rate, "messages a second")
       .field("delay", &simulate::Localiser::delay,
@@ -21,7 +21,8 @@ void bind_localiser(py::module_& m) {
       .field("dropped", &simulate::Localiser::dropped, "share of messages that never arrive")
       .field("seed", &simulate::Localiser::seed, "");
 
-  Record<simulate::LocalisedPose> localised_pose(m, "LocalisedPose", "");
+  Record<simulate::LocalisedPose> localised_pose(m, "LocalisedPose",
+                                                 "One message of a localiser, with the true pose.");
   localised_pose.fields_init()
       .field("stamp", &simulate::LocalisedPose::stamp, "the moment it speaks of, seconds")
       .field("arrival", &simulate::LocalisedPose::arrival, "when it is known, seconds")
@@ -32,13 +33,14 @@ void bind_localiser(py::module_& m) {
   function(m, "localise", &simulate::localise,
            "Messages stamped start, start + 1 / rate, ... up to the drive's end, in the order of\n"
            "arrival (jitter above the period lets them overtake each other). Equal seeds give\n"
-           "equal messages, and dropping some changes nothing in the others. Throws\n"
-           "std::invalid_argument for numbers out of range.",
+           "equal messages, and dropping some changes nothing in the others. Raises\n"
+           "ValueError for numbers out of range.",
            py::arg("drive"), py::arg("localiser"));
 }
 
 void bind_robot(py::module_& m) {
-  Record<simulate::RobotOptions> robot_options(m, "RobotOptions", "");
+  Record<simulate::RobotOptions> robot_options(m, "RobotOptions",
+                                               "How a robot's messages are sent, delayed, lost and damaged.");
   robot_options.fields_init()
       .field("localiser", &simulate::RobotOptions::localiser, "")
       .field("duration", &simulate::RobotOptions::duration, "messages of later moments are omitted, seconds")
@@ -62,7 +64,8 @@ void bind_robot(py::module_& m) {
       .field("message", &simulate::RobotEvent::message,
              "without stamp and arrival: they are in the receiver's clocks");
 
-  Record<simulate::RobotMessages> robot_messages(m, "RobotMessages", "");
+  Record<simulate::RobotMessages> robot_messages(
+      m, "RobotMessages", "A robot's messages in the order of their arrival, with the truth.");
   robot_messages.fields_init()
       .field("events", &simulate::RobotMessages::events, "in the order of arrival")
       .field("made", &simulate::RobotMessages::made, "")
@@ -72,7 +75,7 @@ void bind_robot(py::module_& m) {
       .field("malformed", &simulate::RobotMessages::malformed, "")
       .field("lost", &simulate::RobotMessages::lost, "");
 
-  function(m, "robot_messages", &simulate::robot_messages, "Throws std::invalid_argument as localise() does.",
+  function(m, "robot_messages", &simulate::robot_messages, "Raises ValueError as localise() does.",
            py::arg("drive"), py::arg("options"));
   function(m, "random_walk", &simulate::random_walk,
            "Arcs of 0.3 to 1.5 m from rest to rest in the x-y plane, at `speed` at most (m/s),\n"
@@ -80,7 +83,7 @@ void bind_robot(py::module_& m) {
            py::arg("speed"), py::arg("duration"), py::arg("seed"));
   function(m, "drive_along", &simulate::drive_along,
            "Along recorded poses at their times, from one to the next along a screw: resting at\n"
-           "each, or at constant twist. Throws Error(kNotEnoughData) for fewer than two.",
+           "each, or at constant twist. Raises Error(kNotEnoughData) for fewer than two.",
            py::arg("poses"), py::arg("rest_at_each"));
 }
 

@@ -10,7 +10,8 @@ namespace procam::python {
 namespace {
 
 void bind_shapes(py::module_& m) {
-  Record<simulate::Rectangle> rectangle(m, "Rectangle", "");
+  Record<simulate::Rectangle> rectangle(m, "Rectangle",
+                                        "A rectangle in the plane z = 0 of its body; metres.");
   rectangle.fields_init()
       .field("low", &simulate::Rectangle::low, "metres")
       .field("high", &simulate::Rectangle::high, "metres");
@@ -20,21 +21,23 @@ void bind_shapes(py::module_& m) {
   polygon.fields_init().field("corners", &simulate::Polygon::corners, "metres");
 
   Record<simulate::Arc> arc(m, "Arc", "A range of angles, radians, from < to <= from + 2 pi.");
-  arc.fields_init().field("from_", &simulate::Arc::from, "").field("to", &simulate::Arc::to, "");
+  arc.fields_init()
+      .field("from_", &simulate::Arc::from, "radians")
+      .field("to", &simulate::Arc::to, "radians");
 
   Record<simulate::Sphere> sphere(
       m, "Sphere", "A sphere, or the part of it within two ranges (a dome: latitude 0 .. pi/2).");
   sphere.fields_init()
-      .field("radius", &simulate::Sphere::radius, "")
+      .field("radius", &simulate::Sphere::radius, "metres")
       .field("longitude", &simulate::Sphere::longitude, "")
       .field("latitude", &simulate::Sphere::latitude, "");
 
   Record<simulate::Cylinder> cylinder(
       m, "Cylinder", "A tube without lids, or a part of its turn (a column, a niche, a curved screen).");
   cylinder.fields_init()
-      .field("radius", &simulate::Cylinder::radius, "")
-      .field("low", &simulate::Cylinder::low, "")
-      .field("high", &simulate::Cylinder::high, "")
+      .field("radius", &simulate::Cylinder::radius, "metres")
+      .field("low", &simulate::Cylinder::low, "along its axis, metres")
+      .field("high", &simulate::Cylinder::high, "along its axis, metres")
       .field("longitude", &simulate::Cylinder::longitude, "");
 
   Record<simulate::Texture> texture(
@@ -43,9 +46,9 @@ void bind_shapes(py::module_& m) {
       "tiles of one albedo: black + (white - black) * value / 255. The texel (0, 0) begins\n"
       "at u = v = 0. At most 2^24 texels.");
   texture.fields_init()
-      .field("image", &simulate::Texture::image, "")
-      .field("white", &simulate::Texture::white, "")
-      .field("black", &simulate::Texture::black, "");
+      .field("image", &simulate::Texture::image, "grey or RGB")
+      .field("white", &simulate::Texture::white, "share of the light that is reflected, 0 .. 1")
+      .field("black", &simulate::Texture::black, "share of the light that is reflected, 0 .. 1");
 
   Record<simulate::Cutout> cutout(
       m, "Cutout",
@@ -62,8 +65,8 @@ void bind_bodies(py::module_& m) {
   Record<simulate::TriangleMesh> triangle_mesh(m, "TriangleMesh", "Triangles, both sides of which are seen.");
   triangle_mesh
       .init([](const Mesh& mesh) { return simulate::TriangleMesh(std::make_shared<const Mesh>(mesh)); },
-            "Throws Error(kInput) with the fault of a mesh that cannot be.", py::arg("mesh"))
-      .method("mesh", &simulate::TriangleMesh::mesh, "");
+            "Raises Error(kInput) with the fault of a mesh that cannot be.", py::arg("mesh"))
+      .method("mesh", &simulate::TriangleMesh::mesh, "Its triangles, a copy; metres.");
 
   Record<simulate::Gloss> gloss(m, "Gloss",
                                 "The polish of a flat body, beside its paint: a lacquered table, a screen.");
@@ -73,12 +76,12 @@ void bind_bodies(py::module_& m) {
           "spread", &simulate::Gloss::spread,
           "standard deviation of the mirrored directions, radians: the highlight's width; images are sharp");
 
-  Record<simulate::Body> body(m, "Body", "");
+  Record<simulate::Body> body(m, "Body", "One thing in a room: shape, pose, paint and gloss.");
   body.fields_init()
       .field("name", &simulate::Body::name, "")
       .field("shape", &simulate::Body::shape, "")
       .field("room_from_body", &simulate::Body::room_from_body, "")
-      .field("paint", &simulate::Body::paint, "")
+      .field("paint", &simulate::Body::paint, "share of the light that is reflected, a texture, or a board")
       .field("back_albedo", &simulate::Body::back_albedo,
              "Albedo of the other side: of planes the side z > 0, of spheres and cylinders the\n"
              "inner one. None: as this side.")
@@ -89,7 +92,7 @@ void bind_bodies(py::module_& m) {
       .field("gloss", &simulate::Body::gloss,
              "of the front of a Rectangle or Polygon; seen with Room.indirect");
 
-  Record<simulate::Room> room(m, "Room", "");
+  Record<simulate::Room> room(m, "Room", "Bodies and light.");
   room.fields_init()
       .field("bodies", &simulate::Room::bodies, "")
       .field("indirect", &simulate::Room::indirect,
@@ -100,7 +103,7 @@ void bind_bodies(py::module_& m) {
               "The place in the list; throws Error(kInput) with the names there are.", py::arg("name"));
 
   function(m, "point_at", &simulate::point_at,
-           "A body's point at u, v: the other way round. Throws std::invalid_argument outside\n"
+           "A body's point at u, v: the other way round. Raises ValueError outside\n"
            "[0, 1], and where no triangle of a mesh has them.",
            py::arg("body"), py::arg("uv"));
   function(m, "box", &simulate::box,
@@ -112,7 +115,7 @@ void bind_bodies(py::module_& m) {
            py::arg("room_from_board"));
   function(m, "marker_sheet", &simulate::marker_sheet,
            "A marker's sheet: the black square, and round it white paper of `rim_cells` cells.\n"
-           "Its frame is the marker's. Throws std::invalid_argument for a size that is not\n"
+           "Its frame is the marker's. Raises ValueError for a size that is not\n"
            "positive or an id that the codes lack.",
            py::arg("marker"), py::arg("codes"), py::arg_v("room_from_world", Pose{}, "Pose()"),
            py::arg("rim_cells") = 2);
@@ -124,31 +127,33 @@ void bind_drive(py::module_& m) {
       "One leg: a screw motion by `increment` = [rotation, translation] in the rig's frame\n"
       "at its start.");
   leg.fields_init()
-      .field("increment", &simulate::Leg::increment, "")
+      .field("increment", &simulate::Leg::increment,
+             "rotation (radians), translation (metres), in the rig's frame at its start")
       .field("duration", &simulate::Leg::duration, "seconds")
       .field("rest_to_rest", &simulate::Leg::rest_to_rest,
              "From rest to rest: share(x) = 10 x^3 - 15 x^4 + 6 x^5, the motion of least jerk (T.\n"
              "Flash, N. Hogan, \"The coordination of arm movements\", J. Neuroscience 5(7), 1985).\n"
              "Else share(x) = x, a constant twist.");
 
-  Record<simulate::Drive> drive(m, "Drive", "");
+  Record<simulate::Drive> drive(m, "Drive", "A robot's motion: the true pose at any time.");
   drive
       .init([](const Pose& world_from_rig_at_start, const std::vector<simulate::Leg>& legs,
                double start_time) { return simulate::Drive(world_from_rig_at_start, legs, start_time); },
-            "Throws std::invalid_argument for a duration that is not positive or a number that is\n"
+            "Raises ValueError for a duration that is not positive or a number that is\n"
             "not finite.",
             py::arg("world_from_rig_at_start"), py::arg("legs"), py::arg("start_time") = 0)
-      .method("start_time", &simulate::Drive::start_time, "")
-      .method("end_time", &simulate::Drive::end_time, "")
+      .method("start_time", &simulate::Drive::start_time, "Seconds.")
+      .method("end_time", &simulate::Drive::end_time, "Seconds.")
       .method("world_from_rig", &simulate::Drive::world_from_rig,
               "It stands still before its start and after its end.", py::arg("time"))
       .method("twist", &simulate::Drive::twist,
               "[rotation, translation] in the rig's frame, rad/s and m/s; at a joint, of the leg\n"
               "that begins.",
               py::arg("time"))
-      .method("__call__", &simulate::Drive::operator(), "", py::arg("time"));
+      .method("__call__", &simulate::Drive::operator(), "world_from_rig at a time in seconds.",
+              py::arg("time"));
 
-  Record<simulate::Waypoint> waypoint(m, "Waypoint", "");
+  Record<simulate::Waypoint> waypoint(m, "Waypoint", "A pose and the time of arrival there.");
   waypoint.fields_init()
       .field("world_from_rig", &simulate::Waypoint::world_from_rig, "")
       .field("time", &simulate::Waypoint::time, "of arrival, seconds");
@@ -162,7 +167,7 @@ void bind_drive(py::module_& m) {
            py::arg("radius"), py::arg("speed"), py::arg("turns") = 1);
   function(m, "drive_through", &simulate::drive_through,
            "From waypoint to waypoint along screws, resting at each; the first gives start and\n"
-           "start time. Throws std::invalid_argument for fewer than two, or times that do not\n"
+           "start time. Raises ValueError for fewer than two, or times that do not\n"
            "grow.",
            py::arg("waypoints"));
 }
@@ -174,7 +179,7 @@ void bind_motion(py::module_& m) {
       .init([](const Pose& target_from_source) { return simulate::Motion(target_from_source); },
             "Stands still.", py::arg_v("target_from_source", Pose(), "Pose()"))
       .init([](const simulate::Drive& drive) { return simulate::Motion(drive); }, "Drives.", py::arg("drive"))
-      .method("is_still", &simulate::Motion::is_still, "")
+      .method("is_still", &simulate::Motion::is_still, "Does nothing move?")
       .method("__call__", &simulate::Motion::operator(), "The pose at a time in seconds.", py::arg("time"))
       .method(
           "__mul__",
@@ -196,21 +201,23 @@ void bind_room_light(py::module_& m) {
       .field("intensity", &simulate::RoomLight::intensity,
              "irradiance of full light at one metre, straight on")
       .field("lens", &simulate::RoomLight::lens, "")
-      .field("blur_px", &simulate::RoomLight::blur_px, "")
-      .field("gamma", &simulate::RoomLight::gamma, "")
-      .field("black", &simulate::RoomLight::black, "");
+      .field("blur_px", &simulate::RoomLight::blur_px, "standard deviation of the camera's blur, pixels")
+      .field("gamma", &simulate::RoomLight::gamma, "light = value^gamma")
+      .field("black", &simulate::RoomLight::black, "light of a black pixel, share of full light, 0 .. 1");
 
   m.attr("kSrgb") = simulate::kSrgb;
 }
 
 void bind_room_view(py::module_& m) {
-  Record<simulate::RoomViewOptions> room_view_options(m, "RoomViewOptions", "");
+  Record<simulate::RoomViewOptions> room_view_options(m, "RoomViewOptions",
+                                                      "The camera of room_view(): exposure, noise, blur.");
   room_view_options.fields_init()
       .field("exposure", &simulate::RoomViewOptions::exposure,
              "Grey levels per unit of albedo * irradiance. 0: such that the brightest pixel reads\n"
              "`brightest_grey` (before vignetting and gamma) under the full light of all\n"
              "projectors.")
-      .field("brightest_grey", &simulate::RoomViewOptions::brightest_grey, "")
+      .field("brightest_grey", &simulate::RoomViewOptions::brightest_grey,
+             "grey level of full light, 0 .. 255")
       .field("colour", &simulate::RoomViewOptions::colour, "captures of three channels")
       .field("crosstalk", &simulate::RoomViewOptions::crosstalk,
              "share of a neighbouring colour's light, colour captures only")
@@ -241,7 +248,7 @@ void bind_room_view(py::module_& m) {
       .field("point_in_room", &simulate::RoomTruth::point_in_room, "three channels, metres")
       .field("light", &simulate::RoomTruth::light, "by light: the projector pixel that lights the point");
 
-  Record<simulate::RoomView> room_view(m, "RoomView", "");
+  Record<simulate::RoomView> room_view(m, "RoomView", "A camera's view of a room, and what each pixel sees.");
   room_view.fields_init()
       .field("captures", &simulate::RoomView::captures, "one a frame; one without projectors")
       .field("exposure", &simulate::RoomView::exposure, "the one used")
@@ -252,11 +259,11 @@ void bind_room_view(py::module_& m) {
             require(!self.captures.empty(), "RoomView.image: no captures");
             return self.image();
           },
-          "");
+          "The only capture, uint8 (h, w) or (h, w, 3).");
 
   function(m, "room_view", &simulate::room_view,
            "All lights show the same number of frames, at the same time; noise differs from\n"
-           "frame to frame. Throws std::invalid_argument for frames of another size or number,\n"
+           "frame to frame. Raises ValueError for frames of another size or number,\n"
            "options out of range, bodies that cannot be, or (exposure 0) a view without any\n"
            "light.",
            py::arg("room"), py::arg("camera"), py::arg("room_from_camera"), py::arg("lights"),
@@ -264,7 +271,7 @@ void bind_room_view(py::module_& m) {
 }
 
 void bind_depth_view(py::module_& m) {
-  Record<simulate::DepthSensor> depth_sensor(m, "DepthSensor", "");
+  Record<simulate::DepthSensor> depth_sensor(m, "DepthSensor", "A depth sensor: its camera and noise.");
   depth_sensor.fields_init()
       .field("camera", &simulate::DepthSensor::camera, "")
       .field("emitter_in_camera", &simulate::DepthSensor::emitter_in_camera,
@@ -277,7 +284,7 @@ void bind_depth_view(py::module_& m) {
       .field("axial_noise", &simulate::DepthSensor::axial_noise, "factors of the laws above")
       .field("dropout", &simulate::DepthSensor::dropout, "share of pixels lost for no reason");
 
-  Record<simulate::DepthView> depth_view(m, "DepthView", "");
+  Record<simulate::DepthView> depth_view(m, "DepthView", "A depth image and its truth; metres.");
   depth_view.fields_init()
       .field("metres", &simulate::DepthView::metres, "z in the camera's frame, measured; 0: hole")
       .field("mm", &simulate::DepthView::mm, "the same, rounded to millimetres; 0: hole")
@@ -292,14 +299,15 @@ void bind_depth_view(py::module_& m) {
   function(m, "lateral_sigma", &simulate::lateral_sigma, "Of a place along each axis of the image, pixels.",
            py::arg("theta"));
   function(m, "depth_view", &simulate::depth_view,
-           "Equal seeds give equal views. Throws std::invalid_argument for numbers out of range\n"
+           "Equal seeds give equal views. Raises ValueError for numbers out of range\n"
            "or bodies that cannot be.",
            py::arg("room"), py::arg("sensor"), py::arg("room_from_camera"), py::arg("seed"),
            py::arg("threads") = 0);
 }
 
 void bind_fleet(py::module_& m) {
-  Record<simulate::Fleet> fleet(m, "Fleet", "");
+  Record<simulate::Fleet> fleet(m, "Fleet",
+                                "Several cameras and projectors that see one board, with the truth.");
   Record<simulate::Fleet::View> view_(
       fleet.type, "View",
       "A board pose, and the devices (by number in the rig) that take part: the whole print\n"
@@ -318,7 +326,7 @@ void bind_fleet(py::module_& m) {
   function(m, "make_fleet",
            py::overload_cast<simulate::Level, std::uint64_t, int, int>(&simulate::make_fleet),
            "The level's lenses, board and noise; four views a camera, eight at least. Equal\n"
-           "seeds give equal fleets. Throws std::invalid_argument unless there is one of each at\n"
+           "seeds give equal fleets. Raises ValueError unless there is one of each at\n"
            "least, Error(kNotConverged) when no board pose is found that the devices cover.",
            py::arg("level"), py::arg("seed"), py::arg("cameras"), py::arg("projectors"));
   function(m, "make_fleet",
@@ -341,7 +349,7 @@ void bind_scan_view(py::module_& m) {
            "same part of the room.",
            py::arg("rig_from_camera"), py::arg("view"));
   function(m, "scan_scene", &simulate::scan_scene,
-           "In the frame of the rig's camera. Throws Error(kUnsupported) with the names there are.",
+           "In the frame of the rig's camera. Raises Error(kUnsupported) with the names there are.",
            py::arg("name"));
   function(m, "scan_view",
            py::overload_cast<const simulate::SimulatedSession&, const simulate::Room&,
@@ -356,7 +364,8 @@ void bind_scan_view(py::module_& m) {
 }
 
 void bind_marker_view(py::module_& m) {
-  Record<simulate::MarkerViewOptions> marker_view_options(m, "MarkerViewOptions", "");
+  Record<simulate::MarkerViewOptions> marker_view_options(
+      m, "MarkerViewOptions", "The camera of marker_view(): exposure, noise, blur.");
   marker_view_options.fields_init()
       .field("white_grey", &simulate::MarkerViewOptions::white_grey, "in the image's middle")
       .field("black_grey", &simulate::MarkerViewOptions::black_grey, "in the image's middle")
@@ -380,20 +389,21 @@ void bind_marker_view(py::module_& m) {
 
   function(m, "marker_view", &simulate::marker_view,
            "The camera's image of the markers; where sheets overlap in the image the first one\n"
-           "shows. Throws std::invalid_argument for a size that is not positive, an id that the\n"
+           "shows. Raises ValueError for a size that is not positive, an id that the\n"
            "codes lack, or options out of range.",
            py::arg("camera"), py::arg("camera_from_world"), py::arg("markers"), py::arg("codes"),
            py::arg_v("options", simulate::MarkerViewOptions{}, "MarkerViewOptions()"));
   function(m, "hang_markers", &simulate::hang_markers,
            "Four markers (ids 3, 7, 11, 20 of apriltag_36h11; sides of a tenth of the camera's\n"
            "distance and less) on the wall of the world, round the point that the camera's axis\n"
-           "meets, each turned a little in its plane. Throws std::invalid_argument when the\n"
+           "meets, each turned a little in its plane. Raises ValueError when the\n"
            "camera does not face the wall.",
            py::arg("world"));
 }
 
 void bind_preview(py::module_& m) {
-  Record<simulate::PreviewOptions> preview_options(m, "PreviewOptions", "");
+  Record<simulate::PreviewOptions> preview_options(m, "PreviewOptions",
+                                                   "Size and point of view of preview().");
   preview_options.fields_init()
       .field("ambient", &simulate::PreviewOptions::ambient,
              "The room's own light, over the light of full projection that is shown as white. 0:\n"
@@ -402,8 +412,8 @@ void bind_preview(py::module_& m) {
              "0: as many as the machine has. The result does not depend on it");
 
   function(m, "preview", &simulate::preview,
-           "The eye's picture, RGB, sRGB. Of each light the first frame is shown. Throws\n"
-           "std::invalid_argument as room_view().",
+           "The eye's picture, RGB, sRGB. Of each light the first frame is shown. Raises\n"
+           "ValueError as room_view().",
            py::arg("room"), py::arg("lights"), py::arg("eye"), py::arg("room_from_eye"),
            py::arg_v("options", simulate::PreviewOptions{}, "PreviewOptions()"));
   function(

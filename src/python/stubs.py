@@ -28,9 +28,16 @@ def submodules():
                   if name.startswith("procam.") and not getattr(module, "__file__", None))
 
 
+def array_type(match):
+    """"numpy.ndarray[numpy.float64[n, 2]]" -> an array of that element; checkers know no shapes."""
+    element = re.match(r"\[(numpy\.\w+|bool)\[", match.group(1) or "")
+    name = element.group(1).replace("bool", "numpy.bool_") if element else "Any"
+    return f"numpy.typing.NDArray[{name}]"
+
+
 def python_type(text, result):
     """A type of pybind11's signatures, as a result or as an argument."""
-    text = ARRAY.sub("numpy.ndarray[Any, Any]" if result else "numpy.typing.ArrayLike", text)
+    text = ARRAY.sub(array_type if result else "numpy.typing.ArrayLike", text)
     text = re.sub(r"procam\._procam\.", "procam.", text)
     text = re.sub(r"flags\.\w+(, )?", "", text)
     if result:

@@ -66,7 +66,7 @@ void bind_blend_maps(py::module_& m) {
       .field("gain", &surface::BlendMap::gain, "")
       .field("lift", &surface::BlendMap::lift, "");
 
-  Record<surface::Blend> blend(m, "Blend", "");
+  Record<surface::Blend> blend(m, "Blend", "Maps that make several projectors one even picture.");
   blend.fields_init()
       .field("maps", &surface::Blend::maps, "in the order of the projectors")
       .field("diagnostics", &surface::Blend::diagnostics,
@@ -79,8 +79,9 @@ void bind_blend_maps(py::module_& m) {
   blended_sets.fields_init()
       .field("sets", &surface::BlendedSets::sets, "")
       .field("maps", &surface::BlendedSets::maps, "")
-      .field("brightness", &surface::BlendedSets::brightness, "")
-      .field("black", &surface::BlendedSets::black, "");
+      .field("brightness", &surface::BlendedSets::brightness, "of each projector, relative")
+      .field("black", &surface::BlendedSets::black,
+             "light of each projector's black, share of its full light, 0 .. 1");
 
   Record<HeldBlendInput> blend_input(m, "BlendInput", "A projector of a group and its surfaces.");
   blend_input.fields_init()
@@ -91,7 +92,8 @@ void bind_blend_maps(py::module_& m) {
       .field("black", &HeldBlendInput::black,
              "light of its black over that of its white: 0.001 for a contrast of 1000 : 1");
 
-  Record<surface::BlendOptions> blend_options(m, "BlendOptions", "");
+  Record<surface::BlendOptions> blend_options(m, "BlendOptions",
+                                              "How the light of overlapping projectors is shared.");
   blend_options.fields_init()
       .field("compensate", &surface::BlendOptions::compensate,
              "Off: all as bright as they are. On: places become as dark as the darkest; see\n"
@@ -122,6 +124,29 @@ void bind_blend_maps(py::module_& m) {
       py::arg_v("reflectance", std::map<std::string, ImageF>{}, "{}"));
 }
 
+void bind_frame_blend(py::module_& m) {
+  Record<surface::FrameBlend> blend(
+      m, "FrameBlend",
+      "A map of a blend made ready for frame after frame: apply_blend() for less time, bit for\n"
+      "bit the same.");
+  blend
+      .init([](const surface::BlendMap& map, double gamma) { return surface::FrameBlend(map, gamma); },
+            "`gamma` 0: sRGB. Raises ValueError as apply_blend() does.", py::arg("map"),
+            py::arg("gamma") = 0.0)
+      .method("size", &surface::FrameBlend::size, "Size of its frames, pixels.")
+      .method("changed_share", &surface::FrameBlend::changed_share,
+              "Share of the pixels that it changes, 0 .. 1.")
+      .method(
+          "apply",
+          [](const surface::FrameBlend& self, ImageView<std::uint8_t> frame, int first, int last) {
+            const py::gil_scoped_release released;
+            self.apply(frame, first, last < 0 ? frame.height : last);
+          },
+          "In place, to the rows first .. last - 1 of a frame of values: uint8 (h, w, 3). Raises\n"
+          "ValueError for a frame of another size and rows that it does not have.",
+          py::arg("frame"), py::arg("first") = 0, py::arg("last") = -1);
+}
+
 void bind_blend(py::module_& m) {
   function(
       m, "apply_blend",
@@ -144,7 +169,8 @@ void bind_blend(py::module_& m) {
 }
 
 void bind_lay_out(py::module_& m) {
-  Record<surface::LaidOut> laid_out(m, "LaidOut", "");
+  Record<surface::LaidOut> laid_out(m, "LaidOut",
+                                    "The part of a picture that shows on a surface, and its place.");
   laid_out.fields_init()
       .field("placement", &surface::LaidOut::placement, "of the part of the picture that shows")
       .field("x", &surface::LaidOut::x, "the part's first pixel")
@@ -170,16 +196,17 @@ void bind_lay_out(py::module_& m) {
            "the holes, times the mask picture there. Sampled like a picture, an edge lies where\n"
            "it belongs to some hundredths of a mask pixel and is as soft as one or two of them.\n"
            "\n"
-           "Throws Error(kInput), naming the surface, for a crop without area or beyond the\n"
-           "picture and for a shape with a fault; std::invalid_argument for an empty picture.",
+           "Raises Error(kInput), naming the surface, for a crop without area or beyond the\n"
+           "picture and for a shape with a fault; ValueError for an empty picture.",
            py::arg("placement"), py::arg("surface"), py::arg("picture"));
-  function(m, "lay_out", py::overload_cast<const SolvedSurface&, ImageSize>(&surface::lay_out), "",
-           py::arg("solved"), py::arg("picture"));
+  function(m, "lay_out", py::overload_cast<const SolvedSurface&, ImageSize>(&surface::lay_out),
+           "Of a solved surface.", py::arg("solved"), py::arg("picture"));
   m.attr("kMaskSide") = surface::kMaskSide;
 }
 
 void bind_solve(py::module_& m) {
-  Record<surface::SolveOptions> solve_options(m, "SolveOptions", "");
+  Record<surface::SolveOptions> solve_options(m, "SolveOptions",
+                                              "How surfaces are solved from their points.");
   solve_options.fields_init()
       .field("visibility", &surface::SolveOptions::visibility,
              "Without it `SolvedSurface::visibility`, `corners_px` and the remarks on them stay\n"
@@ -194,12 +221,13 @@ void bind_solve(py::module_& m) {
              "surface.")
       .field("smallest_outlier_mm", &surface::SolveOptions::smallest_outlier_mm,
              "Deviations below these are never called out: files carry rounded numbers.")
-      .field("smallest_outlier_px", &surface::SolveOptions::smallest_outlier_px, "");
+      .field("smallest_outlier_px", &surface::SolveOptions::smallest_outlier_px,
+             "residuals below it are never rejected, pixels");
 
   function(m, "solve_surfaces", &surface::solve_surfaces,
            "Any number of surfaces; an empty set gives an empty result.\n"
            "\n"
-           "Throws Error naming the surface: kInput for an empty or repeated name, values that\n"
+           "Raises Error naming the surface: kInput for an empty or repeated name, values that\n"
            "are not finite, lists of different lengths, an unknown frame, an outline with a\n"
            "fault, or frame \"world\" without `projector_from_world`; kNotEnoughData for fewer\n"
            "than four pairs; kDegenerate for collinear or repeated points and points on both\n"
@@ -231,7 +259,8 @@ void bind_warps(py::module_& m) {
       .field("columns", &surface::MeshGrid::columns, "")
       .field("rows", &surface::MeshGrid::rows, "");
 
-  Record<surface::WarpGrid> warp_grid(m, "WarpGrid", "");
+  Record<surface::WarpGrid> warp_grid(
+      m, "WarpGrid", "A mesh that warps content into a projector's frame, and its largest error.");
   warp_grid.fields_init()
       .field("mesh", &surface::WarpGrid::mesh, "")
       .field("largest_error_px", &surface::WarpGrid::largest_error_px,
@@ -239,12 +268,12 @@ void bind_warps(py::module_& m) {
              "from where they belong, at worst over those that belong into the picture. It falls\n"
              "with the square of the triangles' size.");
 
-  function(m, "warp_map", py::overload_cast<const Placement&, const Projector&>(&surface::warp_map), "",
-           py::arg("placement"), py::arg("projector"));
+  function(m, "warp_map", py::overload_cast<const Placement&, const Projector&>(&surface::warp_map),
+           "Of one placement.", py::arg("placement"), py::arg("projector"));
   function(m, "position_map",
            py::overload_cast<const Placement&, const Projector&, const Pose&>(&surface::position_map),
            "Where each pixel's light lands on the content: x, y, z in metres in the target\n"
-           "frame, NaN in all three where the content is not shown. Throws Error(kUnsupported)\n"
+           "frame, NaN in all three where the content is not shown. Raises Error(kUnsupported)\n"
            "for a pixel surface, which has no place in the room.",
            py::arg("placement"), py::arg("projector"), py::arg_v("target_from_projector", Pose(), "Pose()"));
   function(m, "nearest_surfaces", &surface::nearest_surfaces,
@@ -258,7 +287,7 @@ void bind_warps(py::module_& m) {
            "Planes and pixel surfaces: a regular grid over the content; cells with a corner that\n"
            "no light can reach are skipped. Curved surfaces and meshes: the triangles that they\n"
            "are made of (`grid` is ignored then), the farthest first, so that the nearer cover\n"
-           "them. Throws std::invalid_argument unless there are 1 to 1024 columns and rows.",
+           "them. Raises ValueError unless there are 1 to 1024 columns and rows.",
            py::arg("placement"), py::arg("projector"), py::arg_v("grid", surface::MeshGrid{}, "MeshGrid()"));
   function(
       m, "warp_map",
@@ -281,6 +310,7 @@ void bind_warps(py::module_& m) {
 void bind_surface(py::module_& m) {
   bind_visible_part(m);
   bind_blend_maps(m);
+  bind_frame_blend(m);
   bind_blend(m);
   bind_lay_out(m);
   bind_solve(m);

@@ -16,7 +16,7 @@ void bind_clock(py::module_& m) {
              "the sender's clock was set: this message confirmed it, and its time is to be\n"
              "believed");
 
-  Record<track::ClockOptions> clock_options(m, "ClockOptions", "");
+  Record<track::ClockOptions> clock_options(m, "ClockOptions", "How a sender's clock is followed.");
   clock_options.fields_init()
       .field("window", &track::ClockOptions::window,
              "seconds of the sender's clock that the line is fitted to")
@@ -34,24 +34,26 @@ void bind_clock(py::module_& m) {
              "local_from_unix() when stamps are Unix time. Nothing is estimated then, and no\n"
              "constant delay is hidden.");
 
-  Record<track::Clock> clock(m, "Clock", "");
-  Record<track::Clock::Estimate> estimate(clock.type, "Estimate", "");
+  Record<track::Clock> clock(m, "Clock",
+                             "Estimates a sender's clock against the local one, from stamps and arrivals in\n"
+                             "seconds.");
+  Record<track::Clock::Estimate> estimate(clock.type, "Estimate",
+                                          "Offset of the sender's clock, and how well it is known.");
   clock
       .init([](const track::ClockOptions& options) { return track::Clock(options); }, "",
             py::arg_v("options", track::ClockOptions{}, "ClockOptions()"))
-      .method("observe", &track::Clock::observe,
-              "Takes one (stamp, arrival); both finite (std::invalid_argument).", py::arg("stamp"),
-              py::arg("arrival"))
+      .method("observe", &track::Clock::observe, "Takes one (stamp, arrival); both finite (ValueError).",
+              py::arg("stamp"), py::arg("arrival"))
       .method("time", &track::Clock::time,
               "The local moment that a stamp speaks of, later by the shortest delay. Before the\n"
               "first message: the stamp plus the known offset, or plus zero.",
               py::arg("stamp"))
-      .method("estimate", &track::Clock::estimate, "");
+      .method("estimate", &track::Clock::estimate, "The present estimate; seconds.");
   estimate.fields_init()
       .field("offset", &track::Clock::Estimate::offset,
              "local - sender at the last stamp, seconds, with the shortest delay in it")
       .field("drift", &track::Clock::Estimate::drift, "local seconds a sender's second, less one")
-      .field("sigma", &track::Clock::Estimate::sigma, "")
+      .field("sigma", &track::Clock::Estimate::sigma, "standard deviation of the offset, seconds")
       .field("jitter", &track::Clock::Estimate::jitter, "mean of arrival - time, seconds")
       .field("jumps", &track::Clock::Estimate::jumps, "");
 
@@ -63,7 +65,8 @@ void bind_clock(py::module_& m) {
 }
 
 void bind_locate(py::module_& m) {
-  Record<track::LocateOptions> locate_options(m, "LocateOptions", "");
+  Record<track::LocateOptions> locate_options(m, "LocateOptions",
+                                              "How locate() weighs corners, and which poses it refuses.");
   locate_options.fields_init()
       .field("outlier_px", &track::LocateOptions::outlier_px,
              "A marker whose corners lie further than this from where the others put it (and three\n"
@@ -81,7 +84,8 @@ void bind_locate(py::module_& m) {
              "rms distance of its corners from where the fit puts them")
       .field("reason", &track::LocatedMarker::reason, "why it was rejected; empty when used");
 
-  Record<track::LocateResult> locate_result(m, "LocateResult", "");
+  Record<track::LocateResult> locate_result(m, "LocateResult",
+                                            "The camera's pose by markers, with covariance.");
   locate_result.fields_init()
       .field("camera_from_world", &track::LocateResult::camera_from_world, "")
       .field("covariance", &track::LocateResult::covariance,
@@ -110,9 +114,9 @@ void bind_locate(py::module_& m) {
            "promise, \"marker_coarse\" that neither edges nor pixels of a marker could be fitted\n"
            "and the detector's corners are used.\n"
            "\n"
-           "Throws Error kNotEnoughData when no marker of the map is seen, kDegenerate when the\n"
+           "Raises Error kNotEnoughData when no marker of the map is seen, kDegenerate when the\n"
            "markers contradict each other without a majority or when the second pose cannot be\n"
-           "excluded, kNotConverged; and std::invalid_argument when the image's size is not the\n"
+           "excluded, kNotConverged; and ValueError when the image's size is not the\n"
            "camera's or the map's sizes are not positive.",
            py::arg("detections"), py::arg("camera"), py::arg("map"),
            py::arg_v("options", track::LocateOptions{}, "LocateOptions()"));
@@ -124,7 +128,7 @@ void bind_locate(py::module_& m) {
 }
 
 void bind_align_maps(py::module_& m) {
-  Enum<track::MapElementKind>(m, "MapElementKind", "")
+  Enum<track::MapElementKind>(m, "MapElementKind", "Plane or pose.")
       .value("kPlane", track::MapElementKind::kPlane)
       .value("kPose", track::MapElementKind::kPose);
   Record<track::MapElement>(m, "MapElement", "Something that a map holds.")
@@ -140,7 +144,7 @@ void bind_align_maps(py::module_& m) {
       .fields_init()
       .field("position", &track::PlacedSigma::position, "metres")
       .field("angle", &track::PlacedSigma::angle, "radians");
-  Record<track::AlignMapsOptions>(m, "AlignMapsOptions", "")
+  Record<track::AlignMapsOptions>(m, "AlignMapsOptions", "How align_maps() pairs and weighs elements.")
       .fields_init()
       .field("planes_by_geometry", &track::AlignMapsOptions::planes_by_geometry,
              "Planes are matched by where they are, whatever their names are.")
@@ -156,7 +160,7 @@ void bind_align_maps(py::module_& m) {
              "metres, between the poses or from B's origin of the plane to the plane of A")
       .field("angle", &track::AlignedPair::angle, "radians, between the poses or the normals")
       .field("chi2", &track::AlignedPair::chi2, "about 3 for a plane and 6 for a pose");
-  Record<track::AlignMapsResult>(m, "AlignMapsResult", "")
+  Record<track::AlignMapsResult>(m, "AlignMapsResult", "The pose between two maps, with covariance.")
       .fields_init()
       .field("map_a_from_map_b", &track::AlignMapsResult::map_a_from_map_b, "")
       .field("pairs", &track::AlignMapsResult::pairs, "")
@@ -176,7 +180,7 @@ void bind_align_maps(py::module_& m) {
       py::arg("map"), py::arg("otherwise"));
   function(
       m, "align_maps", &track::align_maps,
-      "Two maps of one place, joined through what both hold. Throws Error kNotEnoughData when\nno element is in both "
+      "Two maps of one place, joined through what both hold. Raises Error kNotEnoughData when\nno element is in both "
       "maps, kDegenerate when a direction is poorly constrained, when two\nalignments agree with equally many "
       "elements, or when pairs by name contradict each other\nwithout a majority.",
       py::arg("map_a"), py::arg("map_b"),
@@ -190,10 +194,11 @@ void bind_align_maps(py::module_& m) {
 }
 
 void bind_stamped_pose(py::module_& m) {
-  Record<track::StampedPose> stamped_pose(m, "StampedPose", "");
+  Record<track::StampedPose> stamped_pose(
+      m, "StampedPose", "A pose message: frames, stamp and arrival in seconds, pose, covariance.");
   stamped_pose.fields_init()
       .field("stamp", &track::StampedPose::stamp,
-             "sender's clock, seconds; nullopt when the format or the sender has none")
+             "sender's clock, seconds; None when the format or the sender has none")
       .field("arrival", &track::StampedPose::arrival, "local steady clock, seconds")
       .field("frame", &track::StampedPose::frame, "the parent: \"map\"")
       .field("child", &track::StampedPose::child, "what moves: \"base\"")
@@ -215,19 +220,19 @@ void bind_pose_log(py::module_& m) {
       "last flush().");
   pose_log_writer
       .init([](const std::filesystem::path& path) { return track::PoseLogWriter(path); },
-            "Throws Error(kIo).", py::arg("path"))
-      .method("write", &track::PoseLogWriter::write, "", py::arg("message"))
+            "Raises Error(kIo).", py::arg("path"))
+      .method("write", &track::PoseLogWriter::write, "Appends one message to the log.", py::arg("message"))
       .method("flush", &track::PoseLogWriter::flush,
-              "To the operating system. Throws Error(kIo) when the disk is full.");
+              "To the operating system. Raises Error(kIo) when the disk is full.");
 
   function(m, "read_pose_log", &track::read_pose_log,
            "The whole log, in its order; of a run (`project-live --record`) the poses. A last\n"
-           "line that was cut is skipped. Throws Error(kIo), Error(kInput) with the line.",
+           "line that was cut is skipped. Raises Error(kIo), Error(kInput) with the line.",
            py::arg("path"));
 }
 
 void bind_track_options(py::module_& m) {
-  Enum<track::Prediction>(m, "Prediction", "")
+  Enum<track::Prediction>(m, "Prediction", "How poses are continued between and beyond messages.")
       .value("kAuto", track::Prediction::kAuto,
              "all of them, weighted by how well each predicts the messages")
       .value("kConstantTwist", track::Prediction::kConstantTwist, "arcs and straight lines")
@@ -235,7 +240,8 @@ void bind_track_options(py::module_& m) {
       .value("kNone", track::Prediction::kNone,
              "the newest pose as it came: for comparison, and for what is already predicted");
 
-  Record<track::TrackOptions> track_options(m, "TrackOptions", "");
+  Record<track::TrackOptions> track_options(m, "TrackOptions",
+                                            "How PoseTrack() predicts, and when poses are stale.");
   track_options.fields_init()
       .field("frame", &track::TrackOptions::frame,
              "Which messages are meant; empty takes the names of the first message.")
@@ -275,19 +281,20 @@ void bind_track_options(py::module_& m) {
       .field("blend", &track::TrackOptions::blend, "seconds in which the picture moves there");
 
   function(m, "parse_prediction", &track::parse_prediction,
-           "\"auto\", \"twist\", \"acceleration\", \"none\". Throws Error(kInput).", py::arg("text"));
-  function(m, "to_string", py::overload_cast<track::Prediction>(&track::to_string), "",
-           py::arg("prediction"));
+           "\"auto\", \"twist\", \"acceleration\", \"none\". Raises Error(kInput).", py::arg("text"));
+  function(m, "to_string", py::overload_cast<track::Prediction>(&track::to_string),
+           "As in options: \"auto\".", py::arg("prediction"));
 }
 
 void bind_tracked_pose(py::module_& m) {
-  Enum<track::TrackState>(m, "TrackState", "")
+  Enum<track::TrackState>(m, "TrackState", "Nothing received, fresh, or stale.")
       .value("kNone", track::TrackState::kNone, "no message yet")
       .value("kFresh", track::TrackState::kFresh)
       .value("kStale", track::TrackState::kStale,
              "the newest pose is older than stale_after at the time asked for");
 
-  Record<track::TrackedPose> tracked_pose(m, "TrackedPose", "");
+  Record<track::TrackedPose> tracked_pose(m, "TrackedPose",
+                                          "The pose for one moment, with its state and age.");
   tracked_pose.fields_init()
       .field("state", &track::TrackedPose::state, "")
       .field("frame_from_child", &track::TrackedPose::frame_from_child, "")
@@ -323,14 +330,15 @@ void bind_tracked_pose(py::module_& m) {
       .field("twists_ignored", &track::Faults::twists_ignored,
              "messages taken without their twist: over a second it contradicts their poses");
 
-  function(m, "to_string", py::overload_cast<track::TrackState>(&track::to_string), "", py::arg("state"));
+  function(m, "to_string", py::overload_cast<track::TrackState>(&track::to_string), "As in logs: \"fresh\".",
+           py::arg("state"));
 }
 
 void bind_pose_track(py::module_& m) {
-  Record<track::PoseTrack> pose_track(m, "PoseTrack", "");
+  Record<track::PoseTrack> pose_track(m, "PoseTrack", "Pose messages in, the pose for any moment out.");
   pose_track
       .init([](const track::TrackOptions& options) { return track::PoseTrack(options); },
-            "Throws std::invalid_argument for options that are not positive where they must be.",
+            "Raises ValueError for options that are not positive where they must be.",
             py::arg_v("options", track::TrackOptions{}, "TrackOptions()"))
       .method("add", &track::PoseTrack::add, "Takes a message, whatever is in it.", py::arg("message"))
       .method("at", &track::PoseTrack::at,
@@ -338,20 +346,21 @@ void bind_pose_track(py::module_& m) {
               "both with their twists), after the newest predicted, no further than stale_after;\n"
               "before the oldest kept, the oldest.",
               py::arg("time"))
-      .method("faults", &track::PoseTrack::faults, "")
-      .method("clock", &track::PoseTrack::clock, "")
+      .method("faults", &track::PoseTrack::faults, "Numbers of messages that were rejected, by reason.")
+      .method("clock", &track::PoseTrack::clock, "The sender's clock against the local one; seconds.")
       .method("frame", &track::PoseTrack::frame,
               "The names this track follows; empty before the first message when the options give\n"
               "none.")
-      .method("child", &track::PoseTrack::child, "")
+      .method("child", &track::PoseTrack::child, "Name of the frame that moves.")
       .method("noise", &track::PoseTrack::noise,
               "What the messages scatter by, measured from their third differences, or as stated\n"
               "where that is not known yet: sigmas of [rotation, translation] in the child's frame.")
-      .method("newest_time", &track::PoseTrack::newest_time, "");
+      .method("newest_time", &track::PoseTrack::newest_time, "Local time of the newest pose, seconds.");
 }
 
 void bind_pose_correction(py::module_& m) {
-  Record<track::PoseCorrectionOptions>(m, "PoseCorrectionOptions", "")
+  Record<track::PoseCorrectionOptions>(m, "PoseCorrectionOptions",
+                                       "How quickly PoseCorrection() follows, and what it rejects.")
       .fields_init()
       .field("track", &track::PoseCorrectionOptions::track,
              "of the localiser's messages; `delay` also of those that are returned")
@@ -378,9 +387,11 @@ void bind_pose_correction(py::module_& m) {
       .field("time", &track::PoseSight::time, "of exposure, local clock")
       .field("world_from_rig", &track::PoseSight::world_from_rig,
              "the place that the image was compared with")
-      .field("information", &track::PoseSight::information, "")
-      .field("score", &track::PoseSight::score, "");
-  Record<track::PoseCorrectionStatus>(m, "PoseCorrectionStatus", "")
+      .field("information", &track::PoseSight::information,
+             "of the increment: rotation (radians), translation (metres)")
+      .field("score", &track::PoseSight::score, "information times increment");
+  Record<track::PoseCorrectionStatus>(m, "PoseCorrectionStatus",
+                                      "The localiser's error as it is estimated now.")
       .fields_init()
       .field("error", &track::PoseCorrectionStatus::error,
              "at the last image: [rotation, translation], axes of the world")
@@ -393,7 +404,7 @@ void bind_pose_correction(py::module_& m) {
       m, "PoseCorrection",
       "Poses of a localiser, corrected by what a camera of the rig sees on known surfaces.")
       .init([](const track::PoseCorrectionOptions& options) { return track::PoseCorrection(options); },
-            "Throws std::invalid_argument for sigmas and times that are not positive.",
+            "Raises ValueError for sigmas and times that are not positive.",
             py::arg_v("options", track::PoseCorrectionOptions{}, "PoseCorrectionOptions()"))
       .method("add", py::overload_cast<const track::StampedPose&>(&track::PoseCorrection::add),
               "A localiser's message. Gives the corrected pose of its moment; while images come, its\n"
@@ -406,11 +417,11 @@ void bind_pose_correction(py::module_& m) {
       .method("add", py::overload_cast<const std::vector<track::PoseSight>&>(&track::PoseCorrection::add),
               "All of an image, or of several, oldest first: one pose, of the last exposure.",
               py::arg("sights"))
-      .method("status", &track::PoseCorrection::status, "");
+      .method("status", &track::PoseCorrection::status, "The estimate after the last image.");
 }
 
 void bind_trajectory(py::module_& m) {
-  Record<track::Trajectory> trajectory(m, "Trajectory", "");
+  Record<track::Trajectory> trajectory(m, "Trajectory", "Poses of another program's trajectory file.");
   trajectory.fields_init()
       .field("format", &track::Trajectory::format, "\"TUM\", \"EuRoC\", \"KITTI\", \"rosbag\"")
       .field("poses", &track::Trajectory::poses,
@@ -418,7 +429,7 @@ void bind_trajectory(py::module_& m) {
              "names none.");
 
   function(m, "read_trajectory", &track::read_trajectory,
-           "`file`: a path, or of KITTI \"poses+times\". Throws Error(kIo), Error(kInput) with the\n"
+           "`file`: a path, or of KITTI \"poses+times\". Raises Error(kIo), Error(kInput) with the\n"
            "line, Error(kNotEnoughData) for a file without poses.",
            py::arg("file"));
   function(m, "read_waypoints", &track::read_waypoints,

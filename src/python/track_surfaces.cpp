@@ -6,7 +6,7 @@
 namespace procam::python {
 
 void bind_track_surfaces(py::module_& m) {
-  Record<track::SightOptions>(m, "SightOptions", "")
+  Record<track::SightOptions>(m, "SightOptions", "How the pose of a surface is found by its markers.")
       .fields_init()
       .field("locate", &track::SightOptions::locate,
              "`largest_odds`: of a second pose from which on it is given.")
@@ -17,11 +17,12 @@ void bind_track_surfaces(py::module_& m) {
       .fields_init()
       .field("pose", &track::PoseCandidate::pose, "")
       .field("chi2", &track::PoseCandidate::chi2, "above that of the best candidate");
-  Record<track::ChosenPose>(m, "ChosenPose", "")
+  Record<track::ChosenPose>(m, "ChosenPose",
+                            "Which candidate was chosen, and how likely another one is the true one.")
       .fields_init()
       .field("index", &track::ChosenPose::index, "of the candidate")
       .field("odds", &track::ChosenPose::odds, "that another one is the true one, 0 .. 1");
-  Record<track::PoseChooserOptions>(m, "PoseChooserOptions", "")
+  Record<track::PoseChooserOptions>(m, "PoseChooserOptions", "How evidence of several images is added up.")
       .fields_init()
       .field("forget_after", &track::PoseChooserOptions::forget_after,
              "seconds without an image, after which all is open again")
@@ -37,7 +38,8 @@ void bind_track_surfaces(py::module_& m) {
             py::arg_v("options", track::PoseChooserOptions{}, "PoseChooserOptions()"))
       .method("choose", &track::PoseChooser::choose, "The most probable of an image's candidates.",
               py::arg("time"), py::arg("candidates"));
-  Record<track::SurfaceSighting>(m, "SurfaceSighting", "")
+  Record<track::SurfaceSighting>(m, "SurfaceSighting",
+                                 "A surface's pose in one image, by its markers: one or two candidates.")
       .fields_init()
       .field("poses", &track::SurfaceSighting::poses,
              "rig_from_surface of one or two poses that fit, the best first")
@@ -53,7 +55,8 @@ void bind_track_surfaces(py::module_& m) {
       .field("position_sigma", &track::Hinge::position_sigma,
              "how well the axis is known, one standard deviation, metres")
       .field("angle_sigma", &track::Hinge::angle_sigma, "the same, radians");
-  Record<track::HingedPose>(m, "HingedPose", "")
+  Record<track::HingedPose>(m, "HingedPose",
+                            "The pose on a hinge that is nearest to the one seen, and its angle.")
       .fields_init()
       .field("rig_from_surface", &track::HingedPose::rig_from_surface, "")
       .field("angle", &track::HingedPose::angle, "radians, -pi .. pi")
@@ -61,7 +64,7 @@ void bind_track_surfaces(py::module_& m) {
              "Of what the hinge does not permit, 5 degrees of freedom: large where the axis is wrong,\n"
              "or the surface another one.");
   function(m, "sight_surface", &track::sight_surface,
-           "The poses of a surface that carries markers, from one image. Throws what locate() throws,\n"
+           "The poses of a surface that carries markers, from one image. Raises what locate() throws,\n"
            "but for a second pose; Error(kDegenerate) for a fit beyond `max_chi2_per_dof`.",
            py::arg("detections"), py::arg("camera"), py::arg("map"),
            py::arg_v("options", track::SightOptions{}, "SightOptions()"));

@@ -24,12 +24,12 @@ void bind_wire(py::module_& m) {
            py::arg("message"));
   function(
       m, Gil::kHeld, "to_binary",
-      [](const track::StampedPose& message) { return py::bytes(track::to_binary(message)); }, "",
-      py::arg("message"));
+      [](const track::StampedPose& message) { return py::bytes(track::to_binary(message)); },
+      "The message in procam's binary format.", py::arg("message"));
   function(
       m, Gil::kHeld, "to_osc",
-      [](const track::StampedPose& message) { return py::bytes(track::to_osc(message)); }, "",
-      py::arg("message"));
+      [](const track::StampedPose& message) { return py::bytes(track::to_osc(message)); },
+      "The message as an OSC packet.", py::arg("message"));
   function(
       m, Gil::kHeld, "to_psn",
       [](const track::StampedPose& message) { return py::bytes(track::to_psn(message)); },
@@ -40,7 +40,8 @@ void bind_wire(py::module_& m) {
 }
 
 void bind_pose_sources(py::module_& m) {
-  Record<track::SourceOptions> source_options(m, "SourceOptions", "");
+  Record<track::SourceOptions> source_options(m, "SourceOptions",
+                                              "How a source of poses listens: sizes, times, frames.");
   source_options.fields_init().field(
       "queue", &track::SourceOptions::queue,
       "messages held between two polls; beyond, the oldest are dropped and counted");
@@ -68,7 +69,7 @@ void bind_pose_sources(py::module_& m) {
             return arrived;
           },
           "What came since the last call, in order of arrival. Never waits.")
-      .method("status", &track::PoseSource::status, "")
+      .method("status", &track::PoseSource::status, "Is it connected, and what did it receive?")
       .method("rejected", &track::PoseSource::rejected,
               "SourceStatus.malformed by cause, where the source names them.")
       .method("description", &track::PoseSource::description,
@@ -85,7 +86,7 @@ void bind_pose_sources(py::module_& m) {
               py::arg("message"));
 
   function(m, "open_pose_source", &dds::open_pose_source,
-           "Opens a source by its text. Throws Error(kInput) for a text that names none or a log\n"
+           "Opens a source by its text. Raises Error(kInput) for a text that names none or a log\n"
            "that is none, Error(kDevice) for a port that cannot be bound. A peer that is not\n"
            "there yet is no error: the source tries again after 0.1 s, 0.2 s, ... 3 s.",
            py::arg("text"), py::arg_v("options", track::SourceOptions{}, "SourceOptions()"));
@@ -93,7 +94,8 @@ void bind_pose_sources(py::module_& m) {
 
 void bind_head_angles(py::module_& m) {
   Record<track::StampedAngles> stamped_angles(m, "StampedAngles", "Angles of a pan-tilt head.");
-  Record<track::ParsedAngles> parsed_angles(m, "ParsedAngles", "");
+  Record<track::ParsedAngles> parsed_angles(
+      m, "ParsedAngles", "The angles of a pan-tilt head in one message, or why there are none.");
   Record<track::PlacedHead> placed_head(m, "PlacedHead", "A head that stands in the world.");
   stamped_angles.fields_init()
       .field("stamp", &track::StampedAngles::stamp, "head's clock, seconds")
@@ -115,9 +117,9 @@ void bind_head_angles(py::module_& m) {
            py::arg("lines"));
   function(m, "angles_to_json_line", &track::angles_to_json_line, "What parse_angles() reads.",
            py::arg("angles"));
-  function(m, "read_angle_log", &track::read_angle_log, "Throws Error(kIo), Error(kInput) with the line.",
+  function(m, "read_angle_log", &track::read_angle_log, "Raises Error(kIo), Error(kInput) with the line.",
            py::arg("path"));
-  function(m, "write_angle_log", &track::write_angle_log, "Throws Error(kIo).", py::arg("path"),
+  function(m, "write_angle_log", &track::write_angle_log, "Raises Error(kIo).", py::arg("path"),
            py::arg("angles"));
   function(m, "pose_of", &track::pose_of, "The tilting part's pose by the angles.", py::arg("angles"),
            py::arg("head"));
@@ -131,20 +133,20 @@ void bind_pose_sender(py::module_& m) {
   Record<track::PoseSender> pose_sender(m, "PoseSender", "Sends poses.");
   pose_sender
       .method(
-          "send", [](track::PoseSender& self, const py::bytes& bytes) { self.send(std::string(bytes)); }, "",
-          py::arg("bytes"))
+          "send", [](track::PoseSender& self, const py::bytes& bytes) { self.send(std::string(bytes)); },
+          "Sends bytes as they are. Raises Error of kind kDevice.", py::arg("bytes"))
       .method(
           "encoded",
           [](const track::PoseSender& self, const track::StampedPose& message) {
             return py::bytes(self.encoded(message));
           },
-          "", py::arg("message"))
-      .method("has_receiver", &track::PoseSender::has_receiver, "");
+          "The message's bytes in the format of this sender.", py::arg("message"))
+      .method("has_receiver", &track::PoseSender::has_receiver, "Is somebody connected?");
 
   function(m, "open_pose_sender", &track::open_pose_sender,
            "\"udp:HOST:PORT\", \"osc:HOST:PORT\", \"psn:[GROUP:]PORT\", \"tcp:HOST:PORT\" (connects,\n"
            "again when it ends), \"tcp-listen:PORT\" (everybody who connects gets all). `binary`:\n"
-           "udp and tcp send the binary form. Throws Error(kInput), Error(kDevice).",
+           "udp and tcp send the binary form. Raises Error(kInput), Error(kDevice).",
            py::arg("text"), py::arg("binary"));
 }
 

@@ -50,7 +50,7 @@ void bind_geometry(py::module_& m) {
       .field("rig_from_surface", &watch::WatchedSurface::rig_from_surface, "x, y on it, z into the wall")
       .field("outline", &watch::WatchedSurface::outline,
              "a simple polygon on z = 0, metres: where light is certain to fall on it");
-  Record<watch::GeometryOptions>(m, "GeometryOptions", "")
+  Record<watch::GeometryOptions>(m, "GeometryOptions", "How the light's geometry is divided into cells.")
       .fields_init()
       .field("max_width", &watch::GeometryOptions::max_width, "of the working image, pixels")
       .field("cell", &watch::GeometryOptions::cell, "side of a cell, working pixels")
@@ -61,7 +61,7 @@ void bind_geometry(py::module_& m) {
       .field("pixel", &watch::LitCell::pixel, "working pixel of the centre; whole numbers")
       .field("projector_pixel", &watch::LitCell::projector_pixel, "that lights it")
       .field("surface", &watch::LitCell::surface, "its index")
-      .field("point_in_rig", &watch::LitCell::point_in_rig, "")
+      .field("point_in_rig", &watch::LitCell::point_in_rig, "metres")
       .field("ray_in_rig", &watch::LitCell::ray_in_rig, "direction of its light, unit length")
       .field("normal_in_rig", &watch::LitCell::normal_in_rig, "of the surface")
       .field("pixel_by_point", &watch::LitCell::pixel_by_point,
@@ -81,8 +81,9 @@ void bind_geometry(py::module_& m) {
                 "projector pixels a working pixel, median over the cells")
       .constant("half_cell", &watch::LightGeometry::half_cell, "working pixels")
       .constant("node_pixel", &watch::LightGeometry::node_pixel,
-                "(rows, columns, 2): projector pixel at each node, every 8 working pixels")
-      .constant("node_surface", &watch::LightGeometry::node_surface, "index; -1: no known light there")
+                "float32 (rows, columns, 2): projector pixel at each node, every 8 working pixels")
+      .constant("node_surface", &watch::LightGeometry::node_surface,
+                "int16 (rows, columns): index of the surface; -1: no known light there")
       .constant("surfaces", &watch::LightGeometry::surfaces, "names")
       .constant("cells", &watch::LightGeometry::cells, "")
       .method("is_lit", &watch::LightGeometry::is_lit,
@@ -96,7 +97,7 @@ void bind_geometry(py::module_& m) {
 }
 
 void bind_cells(py::module_& m) {
-  Enum<watch::CellState>(m, "CellState", "")
+  Enum<watch::CellState>(m, "CellState", "What a cell of the image tells.")
       .value("kMeasured", watch::CellState::kMeasured)
       .value("kFlat", watch::CellState::kFlat, "the frame has no texture there")
       .value("kClipped", watch::CellState::kClipped, "the camera is overexposed there")
@@ -104,9 +105,11 @@ void bind_cells(py::module_& m) {
   Record<watch::CameraTone>(m, "CameraTone",
                             "grey ~ (ambient + light)^(1 / gamma), full projected light being 1.")
       .fields_init()
-      .field("gamma", &watch::CameraTone::gamma, "")
-      .field("ambient", &watch::CameraTone::ambient, "");
-  Record<watch::CompareOptions>(m, "CompareOptions", "")
+      .field("gamma", &watch::CameraTone::gamma, "grey ~ light^(1 / gamma)")
+      .field("ambient", &watch::CameraTone::ambient,
+             "light beside the projector's, full projected light being 1");
+  Record<watch::CompareOptions>(m, "CompareOptions",
+                                "How an image is compared with the light that was predicted.")
       .fields_init()
       .field("tone", &watch::CompareOptions::tone, "")
       .field("noise", &watch::CompareOptions::noise,
@@ -116,7 +119,8 @@ void bind_cells(py::module_& m) {
              "a cell is textured if its better direction can be measured to this, working pixels")
       .field("max_misfit", &watch::CompareOptions::max_misfit, "residual RMS over the fitted contrast")
       .field("max_steps", &watch::CompareOptions::max_steps, "");
-  Record<watch::CellShift>(m, "CellShift", "")
+  Record<watch::CellShift>(m, "CellShift",
+                           "How far the light of one cell is from its predicted place, working pixels.")
       .fields_init()
       .field("cell", &watch::CellShift::cell, "in LightGeometry.cells")
       .field("state", &watch::CellShift::state, "")
@@ -128,7 +132,7 @@ void bind_cells(py::module_& m) {
       .field("gain", &watch::CellShift::gain, "grey levels")
       .field("offset", &watch::CellShift::offset, "grey levels")
       .field("misfit", &watch::CellShift::misfit, "residual RMS over the contrast");
-  Record<watch::ImageComparison>(m, "ImageComparison", "")
+  Record<watch::ImageComparison>(m, "ImageComparison", "The shifts of all cells of one image.")
       .fields_init()
       .field("cells", &watch::ImageComparison::cells, "one for each cell of the geometry")
       .field("textured", &watch::ImageComparison::textured, "cells that are not flat")
@@ -163,7 +167,7 @@ void bind_cells(py::module_& m) {
 }
 
 void bind_movement(py::module_& m) {
-  Enum<watch::MovedThing>(m, "MovedThing", "")
+  Enum<watch::MovedThing>(m, "MovedThing", "What moved.")
       .value("kNothing", watch::MovedThing::kNothing)
       .value("kProjector", watch::MovedThing::kProjector)
       .value("kSurface", watch::MovedThing::kSurface)
@@ -185,7 +189,8 @@ void bind_movement(py::module_& m) {
       .field("error_sigma", &watch::Explanation::error_sigma, "its standard deviation, metres")
       .field("is_before", &watch::Explanation::is_before,
              "of a surface: nearer by 0.1 m or more, maybe something that stands before it");
-  Record<watch::MovementOptions>(m, "MovementOptions", "")
+  Record<watch::MovementOptions>(m, "MovementOptions",
+                                 "Which movements are considered, and when they are believed.")
       .fields_init()
       .field("bump_rotation", &watch::MovementOptions::bump_rotation,
              "one standard deviation an axis, radians")
@@ -203,7 +208,7 @@ void bind_movement(py::module_& m) {
              "systematic error of a cell, working pixels, an axis")
       .field("rejection", &watch::MovementOptions::rejection,
              "chi-square of a cell above which it is rejected");
-  Record<watch::MovementEstimate>(m, "MovementEstimate", "")
+  Record<watch::MovementEstimate>(m, "MovementEstimate", "What moved, by the shifts of many cells.")
       .fields_init()
       .field("cells", &watch::MovementEstimate::cells, "that take part")
       .field("rejected", &watch::MovementEstimate::rejected, "measured cells that contradict the others")
@@ -252,7 +257,7 @@ void bind_movement(py::module_& m) {
 }
 
 void bind_watch_class(py::module_& m) {
-  Enum<watch::WatchState>(m, "WatchState", "")
+  Enum<watch::WatchState>(m, "WatchState", "What the watch believes.")
       .value("kStarting", watch::WatchState::kStarting, "no window is complete yet")
       .value("kOk", watch::WatchState::kOk, "the light is where it should be")
       .value("kSuspected", watch::WatchState::kSuspected, "one window is beyond the limit")
@@ -264,13 +269,14 @@ void bind_watch_class(py::module_& m) {
              "the camera sees the room without the content")
       .value("kLightSwitched", watch::WatchState::kLightSwitched, "the room's light has changed");
   function(m, "to_string", &watch::to_string, "As in logs and metrics.", py::arg("state"));
-  Record<watch::WatchOptions>(m, "WatchOptions", "")
+  Record<watch::WatchOptions>(m, "WatchOptions", "Times and limits of the watch.")
       .fields_init()
       .field("geometry", &watch::WatchOptions::geometry, "")
       .field("compare", &watch::WatchOptions::compare, "")
       .field("movement", &watch::WatchOptions::movement, "")
       .field("window", &watch::WatchOptions::window, "seconds")
-      .field("false_alarms_a_week", &watch::WatchOptions::false_alarms_a_week, "")
+      .field("false_alarms_a_week", &watch::WatchOptions::false_alarms_a_week,
+             "expected number without any movement")
       .field("smallest_error", &watch::WatchOptions::smallest_error,
              "metres RMS on the surfaces: less is no alarm, however certain")
       .field("min_cells", &watch::WatchOptions::min_cells, "textured cells that are needed")
@@ -278,9 +284,9 @@ void bind_watch_class(py::module_& m) {
              "metres RMS from one window to the next: more is a bump")
       .field("locates_rig", &watch::WatchOptions::locates_rig,
              "a localiser places the rig: each image tells where it is, and no window is tested");
-  Record<watch::WatchReport>(m, "WatchReport", "")
+  Record<watch::WatchReport>(m, "WatchReport", "What the watch found by one image: a state and a sentence.")
       .fields_init()
-      .field("time", &watch::WatchReport::time, "")
+      .field("time", &watch::WatchReport::time, "of the image, seconds")
       .field("state", &watch::WatchReport::state, "")
       .field("is_alarm", &watch::WatchReport::is_alarm, "moved or inseparable")
       .field("is_drift", &watch::WatchReport::is_drift, "alarm, and the error has grown slowly")
@@ -318,7 +324,7 @@ void bind_watch_class(py::module_& m) {
           },
           "A surface as it is now known: exp(moved) rig_from_surface. ValueError for an unknown name.",
           py::arg("surface"), py::arg("moved"))
-      .method("surfaces", &watch::Watch::surfaces, "")
+      .method("surfaces", &watch::Watch::surfaces, "The surfaces as they are watched now, copies.")
       .method(
           "add",
           [](watch::Watch& self, double time, const HeldLight& light, ViewU8 image) {
@@ -327,14 +333,14 @@ void bind_watch_class(py::module_& m) {
           },
           "The camera's image at `time` (seconds, growing) and the light that was shown then.",
           py::arg("time"), py::arg("light"), py::arg("image"))
-      .method("geometry", &watch::Watch::geometry, "")
-      .method("projector", &watch::Watch::projector, "")
+      .method("geometry", &watch::Watch::geometry, "The light's geometry, a copy.")
+      .method("projector", &watch::Watch::projector, "The projector as it is watched now, a copy.")
       .method("window_limit", &watch::Watch::window_limit,
               "Probability below which a window counts as moved.");
 }
 
 void bind_correction(py::module_& m) {
-  Record<watch::CorrectionOptions>(m, "CorrectionOptions", "")
+  Record<watch::CorrectionOptions>(m, "CorrectionOptions", "Which corrections are made.")
       .fields_init()
       .field("max_rotation", &watch::CorrectionOptions::max_rotation, "radians; more is another set-up")
       .field("max_shift", &watch::CorrectionOptions::max_shift, "metres; more is another set-up")
@@ -342,7 +348,8 @@ void bind_correction(py::module_& m) {
              "of the error, as a share of it: less certain waits")
       .field("surfaces", &watch::CorrectionOptions::surfaces,
              "a surface that has moved is corrected as well");
-  Record<watch::Correction>(m, "Correction", "")
+  Record<watch::Correction>(m, "Correction",
+                            "The projector or surface as it stands now, with the covariance of its movement.")
       .fields_init()
       .field("projector", &watch::Correction::projector, "as it stands now")
       .field("covariance", &watch::Correction::covariance, "of `moved`")
@@ -350,15 +357,15 @@ void bind_correction(py::module_& m) {
       .field("moved", &watch::Correction::moved, "left increment in the rig's frame")
       .field("error", &watch::Correction::error, "of the light before the correction, metres RMS")
       .field("sentence", &watch::Correction::sentence, "for people")
-      .method("is_possible", &watch::Correction::is_possible, "");
+      .method("is_possible", &watch::Correction::is_possible, "Is there a correction?");
   Record<watch::Glide>(m, "Glide",
                        "From one pose to another, in a time in which the light moves no faster than `rate`.")
       .init([](const Pose& from, const Pose& to, double error, double begin,
                double rate) { return watch::Glide(from, to, error, begin, rate); },
             "`error`: how far the light moves, metres; `rate`: metres a second.", py::arg("from_"),
             py::arg("to"), py::arg("error"), py::arg("begin"), py::arg_v("rate", 0.005))
-      .method("at", &watch::Glide::at, "", py::arg("time"))
-      .method("is_over", &watch::Glide::is_over, "", py::arg("time"));
+      .method("at", &watch::Glide::at, "The pose at this time, seconds.", py::arg("time"))
+      .method("is_over", &watch::Glide::is_over, "Has it arrived at this time, seconds?", py::arg("time"));
   function(m, "correction_of", &watch::correction_of,
            "What to do about an alarm. Without an alarm nothing, and no sentence.", py::arg("report"),
            py::arg("projector"), py::arg_v("options", watch::CorrectionOptions{}, "CorrectionOptions()"));
@@ -368,7 +375,7 @@ void bind_correction(py::module_& m) {
 }
 
 void bind_marks(py::module_& m) {
-  Record<watch::MarkOptions>(m, "MarkOptions", "")
+  Record<watch::MarkOptions>(m, "MarkOptions", "Size and contrast of marks that are added to a frame.")
       .fields_init()
       .field("diameter", &watch::MarkOptions::diameter, "share of the frame's width")
       .field("contrast", &watch::MarkOptions::contrast, "sRGB levels of 255, up and down")

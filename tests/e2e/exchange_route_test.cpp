@@ -242,6 +242,20 @@ TEST_F(ExchangeRoute, CalibrationsGoThereAndBack) {
   EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --format procam").exit_code, 3);
   EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --format autocad").exit_code, 2);
   EXPECT_EQ(run_tool("procam-convert", at("solved.json") + " --format ros").exit_code, 3);
+  EXPECT_EQ(run_tool("procam-convert", at("rig.json") + " --format procam --device beamer -o " + at("b.json"))
+                .exit_code,
+            3);
+
+  io::Mount mount;
+  mount.pose = {"base", "rig", {Pose(so3_exp(Vec3(0.1, 0.2, 0.3)), Vec3(0.1, 0, 0.7)), Mat6::Zero()}};
+  io::save_mount(folder_ / "mount.json", mount);
+  const ToolRun urdf =
+      run_tool("procam-convert", at("rig.json") + " --format urdf --mount " + at("mount.json"));
+  EXPECT_EQ(urdf.exit_code, 0) << urdf.err;
+  EXPECT_TRUE(contains(urdf.out, "<joint name=\"base_to_rig\" type=\"fixed\">")) << urdf.out;
+  EXPECT_EQ(
+      run_tool("procam-convert", at("rig.json") + " --format kalibr --mount " + at("mount.json")).exit_code,
+      3);
 }
 
 }  // namespace

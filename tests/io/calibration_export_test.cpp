@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <regex>
 
+#include "procam/core/geometry/se3.hpp"
 #include "procam/io/exchange/calibration_file.hpp"
 #include "procam/io/files.hpp"
 #include "scratch.hpp"
@@ -144,6 +146,78 @@ TEST(CalibrationExport, ColmapReadsBackAndCountsFromTheCorner) {
   }
 }
 
+/// Poses and lenses that look along the middle of their image, as glTF's do: exactly, with names and sizes.
+TEST(CalibrationExport, GltfReadsBackWithPosesAndSizes) {
+  Rig rig = lopsided_rig(0, NoDistortion{});
+  Intrinsics& k = rig.cameras[0].camera.intrinsics;
+  k.cx = 639.5;
+  k.cy = 479.5;
+  const Rig back = read_back(export_calibration(CalibrationFormat::kGltf, rig).text);
+  ASSERT_EQ(back.cameras.size(), 2u);
+  EXPECT_EQ(back.cameras[0].name, "left");
+  EXPECT_EQ(back.cameras[1].name, "beamer");
+  EXPECT_EQ(back.cameras[1].camera.size, (ImageSize{1024, 768}));
+  expect_same_lens(back.cameras[0].camera, rig.cameras[0].camera, 1e-9);
+  expect_same_pose(back.cameras[0].rig_from_camera, rig.cameras[0].rig_from_camera);
+  expect_same_pose(back.cameras[1].rig_from_camera, rig.projectors[0].rig_from_projector);
+}
+
+TEST(CalibrationExport, OneOfSeveralDevicesIsWrittenAlone) {
+  const Rig rig = lopsided_rig(0, NoDistortion{});
+  for (const CalibrationFormat format :
+       {CalibrationFormat::kKalibr, CalibrationFormat::kColmap, CalibrationFormat::kGltf}) {
+    const Rig back = read_back(export_calibration(format, rig, "beamer").text);
+    ASSERT_EQ(back.cameras.size(), 1u);
+    EXPECT_EQ(back.cameras[0].camera.size, (ImageSize{1024, 768}));
+  }
+  EXPECT_FALSE(test::contains(export_calibration(CalibrationFormat::kUrdf, rig, "beamer").text, "left"));
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kSdf, rig, "right"), kInput,
+               "name one of: left, beamer");
+}
+
+TEST(CalibrationExport, NamesThatRosDoesNotHaveAreChangedWithANote) {
+  Rig rig = lopsided_rig(0, kBrown);
+  rig.cameras[0].name = "a: b # \"c\"";
+  for (const CalibrationFormat format : {CalibrationFormat::kRos, CalibrationFormat::kKalibr}) {
+    const ForeignCalibration file = export_calibration(format, rig, rig.cameras[0].name);
+    EXPECT_TRUE(test::contains(file.text, "a__b____c_")) << file.text;
+    EXPECT_FALSE(test::contains(file.text, "a: b"));
+    EXPECT_TRUE(file.diagnostics.find("name_changed"));
+  }
+  rig.cameras[0].name = "2";
+  EXPECT_TRUE(
+      test::contains(export_calibration(CalibrationFormat::kRos, rig, "2").text, "camera_name: camera_2\n"));
+  EXPECT_FALSE(export_calibration(CalibrationFormat::kRos, rig, "beamer").diagnostics.find("name_changed"));
+}
+
+TEST(CalibrationExport, TwoCamerasAreAStereoPair) {
+  Rig rig = lopsided_rig(0, kBrown);
+  rig.cameras.push_back(
+      {"right", rig.projectors[0].projector.inverse_camera, rig.projectors[0].rig_from_projector});
+  rig.projectors.clear();
+  const ForeignCalibration pair = export_calibration(CalibrationFormat::kOpenCvStereo, rig);
+  EXPECT_TRUE(pair.diagnostics.find("kinds_lost"));
+  const Rig back = read_back(pair.text);
+  expect_same_lens(back.projector().projector.inverse_camera, rig.cameras[1].camera);
+  expect_same_pose(back.projector_from_camera(),
+                   rig.cameras[1].rig_from_camera.inverse() * rig.cameras[0].rig_from_camera);
+}
+
+/// What OpenCV itself writes, in its three syntaxes.
+TEST(CalibrationExport, OpencvsOwnFilesAreRead) {
+  Scratch folder;
+  const Camera camera = lopsided_rig(0, kBrown).camera().camera;
+  for (const char* const name : {"camera.yml", "camera.xml", "camera.json"}) {
+    cv::FileStorage file((folder / name).string(), cv::FileStorage::WRITE);
+    const Intrinsics& k = camera.intrinsics;
+    file << "image_width" << camera.size.width << "image_height" << camera.size.height << "camera_matrix"
+         << cv::Mat(cv::Matx33d(k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1)) << "distortion_coefficients"
+         << cv::Mat(std::vector<double>(coefficients_of(camera.distortion)), true);
+    file.release();
+    expect_same_lens(load_calibration(folder / name).camera().camera, camera);
+  }
+}
+
 /// The largest distance over the image's 17 x 17 pixels, by the lens's own projection.
 double distance(const Camera& from, const Camera& to) {
   double largest = 0;
@@ -222,6 +296,70 @@ TEST(CalibrationExport, UrdfAndSdfHoldTheFrames) {
   rig.cameras[0].name = "<\"&>";
   EXPECT_TRUE(
       test::contains(export_calibration(CalibrationFormat::kUrdf, rig).text, "&lt;&quot;&amp;&gt;_optical"));
+}
+
+/// The pose of a link in its root by a URDF's joints, those that turn at `angles` (by name).
+Pose root_from_link(const std::string& urdf, std::string link,
+                    const std::map<std::string, double>& angles = {}) {
+  const std::regex joint(
+      "<joint name=\"([^\"]*)\" type=\"([^\"]*)\">\\s*<parent link=\"([^\"]*)\"/>\\s*<child link=\"([^\"]*)\"/>\\s*"
+      "<origin xyz=\"([^\"]*)\" rpy=\"([^\"]*)\"/>");
+  Pose pose;
+  for (bool found = true; found;) {
+    found = false;
+    for (std::sregex_iterator at(urdf.begin(), urdf.end(), joint), end; at != end; ++at) {
+      const std::smatch& m = *at;
+      if (m[4] != link) continue;
+      const double angle = angles.count(m[1]) ? angles.at(m[1]) : 0;
+      pose = pose_of_urdf(urdf, m[5], m[6]) * Pose(so3_exp(Vec3(0, 0, angle)), Vec3::Zero()) * pose;
+      link = m[3];
+      found = true;
+      break;
+    }
+  }
+  return pose;
+}
+
+TEST(CalibrationExport, UrdfHoldsTheMountOnABase) {
+  const Rig rig = lopsided_rig(2.7, kBrown);
+  Mount mount;
+  mount.pose = {"base", "rig", {test::other_lopsided_pose() * test::lopsided_pose(), Mat6::Zero()}};
+  const Pose base_from_beamer = mount.pose.target_from_source.pose * rig.projector().rig_from_projector;
+  const std::string urdf = export_calibration(CalibrationFormat::kUrdf, rig, "", mount).text;
+  expect_same_pose(root_from_link(urdf, "beamer_optical_frame"), base_from_beamer);
+  EXPECT_TRUE(test::contains(urdf, "<link name=\"base\"/>"));
+  // The same by the mount of one device.
+  Mount of_device;
+  of_device.pose = {"base", "beamer", {base_from_beamer, Mat6::Identity()}};
+  const ForeignCalibration same = export_calibration(CalibrationFormat::kUrdf, rig, "left", of_device);
+  expect_same_pose(root_from_link(same.text, "left_optical_frame"),
+                   mount.pose.target_from_source.pose * rig.camera().rig_from_camera);
+  EXPECT_TRUE(same.diagnostics.find("covariance_lost"));
+  const std::string sdf = export_calibration(CalibrationFormat::kSdf, rig, "", mount).text;
+  EXPECT_TRUE(test::contains(sdf, "<link name=\"base\"/>"));
+  EXPECT_TRUE(test::contains(sdf, "<frame name=\"rig\" attached_to=\"base\">"));
+  EXPECT_TRUE(test::contains(sdf, "<frame name=\"beamer_optical_frame\" attached_to=\"rig\">"));
+  mount.pose.source = "other";
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kUrdf, rig, "", mount), kInput,
+               "neither the rig nor a device");
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kKalibr, rig, "", mount), kInput,
+               "the format has no frames");
+}
+
+TEST(CalibrationExport, UrdfHoldsTheJointsOfAHead) {
+  const Rig rig = lopsided_rig(0, kBrown);
+  Mount mount;
+  mount.pose = {"tilt", "rig", {test::other_lopsided_pose() * test::lopsided_pose(), Mat6::Zero()}};
+  mount.axes = PanTiltAxes{0.021, 91 * kDegree};
+  mount.world_from_base = test::lopsided_pose();
+  EXPECT_TRUE(export_calibration(CalibrationFormat::kUrdf, rig, "", mount).diagnostics.find("world_lost"));
+  const std::string urdf = export_calibration(CalibrationFormat::kUrdf, rig, "", mount).text;
+  expect_same_pose(root_from_link(urdf, "rig", {{"pan_joint", 0.4}, {"tilt_joint", -0.7}}),
+                   head_from_tilt(*mount.axes, 0.4, -0.7) * mount.pose.target_from_source.pose);
+  EXPECT_TRUE(test::contains(urdf, "<axis xyz=\"0 0 1\"/>"));
+  EXPECT_TRUE(test::contains(export_calibration(CalibrationFormat::kSdf, rig, "", mount).text,
+                             "<joint name=\"tilt_joint\" type=\"revolute\">"));
+  EXPECT_FALSE(std::regex_search(urdf, std::regex("[ \"]-0(\\.0)?[ \"]"))) << urdf;
 }
 
 // glTF 2.0, 3.10.3.3: clip x = x / (aspectRatio tan(yfov / 2)) / -z, and the camera looks along -z.

@@ -213,7 +213,9 @@ INSTANTIATE_TEST_SUITE_P(
             "calib_io.json", {}, 0, "no calibration is recognised among its fields (Calibration)"},
         OtherProgramsFile{"zed.conf", {}, 0, "'[LEFT_CAM_HD]'"},
         OtherProgramsFile{"basalt.json", {}, 0, "no calibration is recognised among its fields (value0)"},
-        OtherProgramsFile{"gazebo.sdf", {}, 0, "no calibration is recognised"}));
+        OtherProgramsFile{"gazebo.sdf", kFourTerms},
+        OtherProgramsFile{"scene.gltf", {}, 0, "give --camera-size"},
+        OtherProgramsFile{"robot.urdf", {}, 0, "a URDF model holds frames and no lens"}));
 
 TEST(CalibrationFile, ReadsBothCamerasOfOrbSlam) {
   const Rig rig = load_calibration(golden("orb_slam3.yaml"));
@@ -253,6 +255,117 @@ TEST(CalibrationFile, NamedNumbersHaveTheMeaningOfTheirProgram) {
                "brown_conrady");
   EXPECT_ERROR(load("metashape.xml", "<b1>", "<k4>0.25</k4><b1>"), kUnsupported, "no such term");
   EXPECT_ERROR(load("metashape.xml", "frame", "fisheye"), kUnsupported, "frame camera");
+}
+
+/// Editors write a mark before the text, tabs behind colons, and lines that end as on Windows.
+TEST(CalibrationFile, ReadsWhatEditorsMakeOfIt) {
+  const Scratch scratch;
+  const std::string mark = "\xef\xbb\xbf";
+  for (const char* const name : {"ros_camera_info.yaml", "kalibr_camchain.yaml", "opencv_tutorial.xml",
+                                 "plain.json", "mrcal.cameramodel", "colmap_cameras.txt", "rig.json"}) {
+    const std::string text = read_file(golden(name));
+    const Rig whole = load_calibration(golden(name));
+    const Rig marked = load_calibration(scratch.write("marked.txt", mark + text));
+    EXPECT_EQ(marked.cameras.size(), whole.cameras.size()) << name;
+    EXPECT_EQ(parameters_of(marked.cameras[0].camera), parameters_of(whole.cameras[0].camera)) << name;
+  }
+  // The first field is not lost behind the mark.
+  const std::string fisheye =
+      "fisheye_model: 1\nK: [500, 510, 320, 240]\nD: [0.1, 0.2, 0, 0]\nsize: [640, 480]\n";
+  EXPECT_STREQ(
+      name_of(load_calibration(scratch.write("f.yaml", mark + fisheye)).cameras[0].camera.distortion),
+      "fisheye");
+  std::string tabs = read_file(golden("ros_camera_info.yaml"));
+  for (std::size_t at = 0; (at = tabs.find(": ", at)) != std::string::npos; ++at) tabs.replace(at, 2, ":\t");
+  expect_golden_camera(load_calibration(scratch.write("t.yaml", tabs)).cameras[0].camera, kTerms);
+}
+
+TEST(CalibrationFile, RefusesAChainWithAGap) {
+  const Scratch scratch;
+  std::string chain = read_file(golden("kalibr_camchain.yaml"));
+  const std::size_t at = chain.find("cam1:");
+  ASSERT_NE(at, std::string::npos);
+  chain.replace(at, 5, "cam7:");
+  EXPECT_ERROR(load_calibration(scratch.write("c.yaml", chain)), kInput, "there is no 'cam1' before it");
+}
+
+TEST(CalibrationFile, ReadsColmapsRadialFisheyes) {
+  const Scratch scratch;
+  const Camera one =
+      load_calibration(scratch.write("c.txt", "1 SIMPLE_RADIAL_FISHEYE 640 480 500 320.5 240.5 0.1\n"))
+          .cameras[0]
+          .camera;
+  EXPECT_STREQ(name_of(one.distortion), "fisheye");
+  EXPECT_EQ(coefficients_of(one.distortion), (std::vector<double>{0.1, 0, 0, 0}));
+  EXPECT_EQ(one.intrinsics.fy, 500);
+  EXPECT_EQ(one.intrinsics.cx, 320);
+  const Camera two =
+      load_calibration(scratch.write("c.txt", "1 RADIAL_FISHEYE 640 480 500 320.5 240.5 0.1 -0.02\n"))
+          .cameras[0]
+          .camera;
+  EXPECT_EQ(coefficients_of(two.distortion), (std::vector<double>{0.1, -0.02, 0, 0}));
+  scratch.write("cameras.bin", std::string("\1\0\0\0\0\0\0\0", 8));
+  EXPECT_ERROR(load_calibration(scratch / "cameras.bin"), kUnsupported, "model_converter --output_type TXT");
+}
+
+TEST(CalibrationFile, ReadsCamerasOfScenes) {
+  const Scratch scratch;
+  CalibrationContext context;
+  context.camera_size = ImageSize{1280, 960};
+  // A node below a node that is shifted and rotated by a quarter turn about y: the camera looks along -x, and is at
+  // (1, 2, 3) + (0, 0, -0.5) turned to (-0.5, 0, 0).
+  const std::string scene = R"({"asset": {"version": "2.0"}, "nodes": [
+    {"name": "head", "children": [1], "translation": [1, 2, 3], "rotation": [0, 0.7071067811865476, 0, 0.7071067811865476]},
+    {"name": "eye", "camera": 0, "translation": [0, 0, -0.5]}],
+    "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]})";
+  const auto load = [&](std::string text, const std::string& from, const std::string& to) {
+    if (!from.empty()) text.replace(text.find(from), from.size(), to);
+    return load_calibration(scratch.write("scene.gltf", text), context);
+  };
+  const Rig rig = load(scene, "", "");
+  ASSERT_EQ(rig.cameras.size(), 1u);
+  EXPECT_EQ(rig.cameras[0].name, "eye");
+  EXPECT_LT((rig.cameras[0].rig_from_camera * Vec3(0, 0, 2) - Vec3(-1.5, 2, 3)).norm(), 1e-12);
+  // y of the optical frame is down.
+  EXPECT_LT((rig.cameras[0].rig_from_camera.rotate(Vec3(0, 1, 0)) - Vec3(0, -1, 0)).norm(), 1e-12);
+  const Camera& camera = rig.cameras[0].camera;
+  EXPECT_NEAR(camera.intrinsics.fy, 480 / std::tan(0.5), 1e-9);
+  EXPECT_NEAR(camera.intrinsics.fx, camera.intrinsics.fy, 1e-9);
+  EXPECT_EQ(camera.intrinsics.cx, 639.5);
+  EXPECT_ERROR(load(scene, "\"yfov\": 1,", "\"yfov\": 4,"), kInput, "field of view");
+  EXPECT_ERROR(load(scene, "\"yfov\": 1,", ""), kInput, "'yfov' is missing");
+  EXPECT_ERROR(load(scene, "\"type\": \"perspective\"", "\"type\": \"orthographic\""), kUnsupported,
+               "orthographic");
+  EXPECT_ERROR(load(scene, "\"camera\": 0", "\"camera\": 7"), kInput, "nothing of this number");
+  EXPECT_ERROR(load(scene, "\"children\": [1]", "\"children\": [0, 1]"), kInput, "ring");
+  EXPECT_ERROR(load(scene, "\"camera\": 0, ", ""), kInput, "no node of the scene has a camera");
+  EXPECT_ERROR(load(scene, "\"name\": \"head\",", "\"name\": \"head\", \"scale\": [2, 2, 2],"), kInput,
+               "no scale");
+  context.camera_size = std::nullopt;
+  EXPECT_ERROR(load(scene, "", ""), kInput, "give --camera-size");
+}
+
+TEST(CalibrationFile, ReadsTheCameraOfASdfModel) {
+  const Scratch scratch;
+  const std::string model = read_file(golden("gazebo.sdf"));
+  const auto load = [&](const std::string& from, const std::string& to) {
+    std::string text = model;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+    return load_calibration(scratch.write("model.sdf", text));
+  };
+  // Without intrinsics: by the field of view, about the middle of the image.
+  const std::size_t begin = model.find("<lens>"), end = model.find("</lens>") + 7;
+  const Camera plain = load(model.substr(begin, end - begin), "").cameras[0].camera;
+  EXPECT_NEAR(plain.intrinsics.fx, 640 / std::tan(0.425), 1e-9);
+  EXPECT_EQ(plain.intrinsics.fy, plain.intrinsics.fx);
+  EXPECT_EQ(plain.intrinsics.cy, 479.5);
+  EXPECT_ERROR(load("<center>0.5 0.5</center>", "<center>0.4 0.5</center>"), kUnsupported,
+               "centre of distortion");
+  EXPECT_ERROR(load("type=\"camera\"", "type=\"gpu_lidar\""), kUnsupported, "frames and no camera");
+  EXPECT_ERROR(load("type=\"camera\"", "type=\"wideanglecamera\""), kUnsupported, "wideanglecamera");
+  EXPECT_ERROR(load("<fx>1401.125</fx>", "<fx>-1</fx>"), kInput, "focal lengths");
 }
 
 TEST(CalibrationFile, ReadsARigFileWhole) {
@@ -304,7 +417,7 @@ TEST(CalibrationFile, SurvivesDamage) {
   for (const char* const name :
        {"opencv_camera.yml", "opencv_tutorial.xml", "ros_camera_info.yaml", "kalibr_camchain.yaml",
         "plain.json", "procamcalib.yml", "orb_slam3.yaml", "camodocal_vins.yaml", "nerf_transforms.json",
-        "open3d_intrinsic.json", "metashape.xml", "realsense.json"}) {
+        "open3d_intrinsic.json", "metashape.xml", "realsense.json", "gazebo.sdf", "scene.gltf"}) {
     const std::string whole = read_file(golden(name));
     for (int trial = 0; trial < 400; ++trial) {
       std::string damaged = whole;

@@ -7,7 +7,7 @@ import re
 import procam
 
 COMPONENTS = ("core", "pattern", "detect", "session", "calibrate", "surface", "render", "analyze", "track", "depth", "scan", "room",
-              "simulate", "io", "report", "people", "watch")
+              "simulate", "io", "report", "show", "people", "watch")
 SOURCE = pathlib.Path(os.environ["PROCAM_SOURCE_DIR"])
 EXCEPTIONS = pathlib.Path(__file__).with_name("not_in_python.txt")
 RESERVED = {"from", "in", "is", "lambda", "pass", "None"}

@@ -1,5 +1,8 @@
 """Images, points and matrices between numpy and the library; what is refused, and how."""
 
+import copy
+import pickle
+
 import numpy
 import pytest
 
@@ -187,3 +190,51 @@ def test_a_quaternion_is_brought_to_unit_length():
     pose = procam.Pose([0, 0, 3, 4], [1, 2, 3])
     assert numpy.allclose(pose.rotation, [0, 0, 0.6, 0.8])
     assert numpy.allclose(procam.Pose.from_rotation_matrix(pose.rotation_matrix(), [1, 2, 3]).matrix(), pose.matrix())
+
+
+def test_matrices_that_are_no_rotation_are_refused():
+    """They were poses of the nearest quaternion: a scaled or mirrored matrix went unnoticed."""
+    mirrored = numpy.diag([1.0, 1, -1, 1])
+    for wrong in (2 * numpy.eye(4), mirrored, numpy.full((4, 4), numpy.nan)):
+        with pytest.raises(ValueError, match="from_matrix: matrix"):
+            procam.Pose.from_matrix(wrong)
+    for wrong in (2 * numpy.eye(3), mirrored[1:, 1:], numpy.zeros((3, 3))):
+        with pytest.raises(ValueError, match="from_rotation_matrix: rotation: the rotation is not orthonormal"):
+            procam.Pose.from_rotation_matrix(wrong, [0, 0, 0])
+    for wrong in ([0, 0, 0, 0], [0, 0, 0, numpy.nan], [0, numpy.inf, 0, 1]):
+        with pytest.raises(ValueError, match="Pose: rotation: a quaternion of length 0, or not finite"):
+            procam.Pose(wrong, [0, 0, 0])
+    turned = procam.Pose([0.1, 0.2, 0.3, 0.9], [1, 2, 3])
+    again = procam.Pose.from_matrix(turned.matrix())
+    assert numpy.abs(again.matrix() - turned.matrix()).max() < 1e-15
+
+
+def structs(contents):
+    camera = procam.Camera(procam.ImageSize(640, 480), procam.Intrinsics(500, 510, 320, 700, 0.5),
+                           procam.BrownConrady((0.1, 0.2, 0.001, 0.002, 0.3)))
+    rig = procam.Rig(cameras=[procam.RigCamera("left", camera, procam.Pose([0, 0, 0, 1], [1, 2, 3]))],
+                     projectors=[procam.RigProjector("beamer", procam.Projector(camera))])
+    return [camera, camera.intrinsics, procam.Pose([0.1, 0.2, 0.3, 0.9], [1, 2, 3]), rig, contents.correspondences,
+            procam.Chessboard(9, 6, 0.025), procam.calibrate.Options(), procam.render.RenderOptions(threads=2),
+            procam.FrameTree.Link("a", "b")]
+
+
+def test_structs_are_equal_by_their_fields(contents):
+    for one, same in zip(structs(contents), structs(contents)):
+        assert one == same and not one != same, type(one)
+        assert one == copy.deepcopy(one)
+    camera = structs(contents)[0]
+    other = copy.deepcopy(camera)
+    other.intrinsics.cy = 701
+    assert camera != other
+    assert procam.Pose() != procam.ImageSize() and procam.Pose() != 3 and procam.Pose() is not None
+    # What has a state is itself alone.
+    renderers = [procam.render.CpuRenderer(), procam.render.CpuRenderer()]
+    assert renderers[0] == renderers[0] and renderers[0] != renderers[1]
+
+
+def test_structs_go_through_pickle(contents):
+    for one in structs(contents):
+        assert pickle.loads(pickle.dumps(one)) == one, type(one)
+    with pytest.raises(TypeError):
+        pickle.dumps(procam.render.CpuRenderer())

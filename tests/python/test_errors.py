@@ -326,3 +326,19 @@ def run_in_child(calls, seconds=1.0):
     os.close(reader)
     _, status = os.waitpid(child, 0)
     return (None if status == 0 else begun - 1), status
+
+
+def test_messages_name_types_of_python():
+    with pytest.raises(TypeError, match="Camera: size: expected ImageSize, found int"):
+        procam.Camera(size=3)
+    with pytest.raises(TypeError, match="distortion: expected Union.NoDistortion, BrownConrady, .*found int"):
+        procam.Camera(distortion=3)
+    with pytest.raises(ValueError, match="ImageSize: width: 1000000000000 is out of range"):
+        procam.ImageSize(10**12, 480)
+
+
+def test_names_of_files_need_not_be_utf_8(tmp_path):
+    with pytest.raises(procam.Error) as caught:
+        procam.io.load_rig(str(tmp_path) + "/a\udcff.json")
+    assert caught.value.kind == procam.ErrorKind.kIo
+    assert caught.value.subject.endswith("a\\xff.json")

@@ -64,3 +64,26 @@ def test_options_survive_their_file(options, tmp_path):
     assert again.fps == 20.0 and dict(again.contents) == dict(options.contents)
     with pytest.raises(TypeError):
         again.contents["wall"] = "other.png"
+
+
+def test_a_show_becomes_files(tmp_path, projector):
+    rig = procam.Rig(projectors=[procam.RigProjector("beamer", projector)])
+    surface = procam.Surface(name="wall", geometry=procam.PlanarSurface(
+        frame="projector", frame_from_surface=procam.Pose([0, 0, 0, 1], [-0.4, -0.9, 2.0]),
+        content=[(0, 0), (1, 0), (1, 1), (0, 1)], points=[(0, 0), (0.8, 0), (0.8, 0.5), (0, 0.5)]))
+    solved = procam.surface.solve_surfaces(procam.SurfaceSet([surface]), rig.projector())
+    picture = numpy.full((50, 80, 3), (10, 200, 90), numpy.uint8)
+    procam.io.save_image(tmp_path / "picture.png", picture)
+    options = procam.show.FrameFilesOptions(output=str(tmp_path / "frame.png"), contents={"wall": str(tmp_path / "picture.png")})
+    calls = []
+    report = procam.show.write_frames(rig, solved, options, lambda done, total: calls.append((done, total)))
+    assert report.frames == 1 and report.surfaces == ("wall",) and calls == [(0, 1)]
+    frame = procam.io.load_image(tmp_path / "frame.png").image
+    want = procam.render.render(procam.Scene([procam.SceneItem(solved.surfaces[0].placement, picture)]), projector)
+    assert (frame == want).all()
+    options.output = str(tmp_path / "frame.txt")
+    with pytest.raises(procam.Error):
+        procam.show.write_frames(rig, solved, options)
+    assert procam.show.to_jpeg(picture, 40)[:2] == b"\xff\xd8"
+    assert procam.show.identification(procam.ImageSize(64, 48), 2, "left").shape == (48, 64, 3)
+    assert procam.show.parse_screen("left=1").projector == "left"

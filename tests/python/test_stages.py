@@ -165,6 +165,62 @@ def test_blending_two_projectors(projector):
     assert warp.content.shape == (400, 640, 3)  # x, y, shown
 
 
+def test_a_blend_is_made_ready_for_many_frames(projector):
+    surface = procam.Surface(name="wall", geometry=procam.PlanarSurface(
+        frame="projector", frame_from_surface=procam.Pose([0, 0, 0, 1], [-0.4, -0.9, 2.0]),
+        content=[(0, 0), (1, 0), (1, 1), (0, 1)], points=[(0, 0), (0.8, 0), (0.8, 0.5), (0, 0.5)]))
+    solved = procam.surface.solve_surfaces(procam.SurfaceSet([surface]), procam.RigProjector("a", projector, procam.Pose()))
+    one = procam.surface.BlendInput(projector, solved)
+    blend = procam.surface.blend_maps([one, one]).maps[0]
+    size = projector.size()
+    ready = procam.surface.FrameBlend(blend, gamma=2.2)
+    assert ready.size() == size and 0 < ready.changed_share() <= 1
+    want = numpy.random.default_rng(4).integers(0, 256, (size.height, size.width, 3), dtype=numpy.uint8)
+    frame, halves = want.copy(), want.copy()
+    procam.surface.apply_blend(blend, want, gamma=2.2)
+    ready.apply(frame)
+    assert (frame == want).all()
+    ready.apply(halves, 0, 100)
+    ready.apply(halves, 100, size.height)
+    assert (halves == want).all()
+    with pytest.raises(ValueError):
+        ready.apply(numpy.zeros((10, 10, 3), numpy.uint8))
+    with pytest.raises(ValueError):
+        ready.apply(frame, 0, size.height + 1)
+
+
+def test_a_camera_sees_a_show_frame_by_frame():
+    simulate = procam.simulate
+    camera = procam.Camera(procam.ImageSize(120, 90), procam.Intrinsics(100, 102, 58, 47))
+    projector = procam.Projector(procam.Camera(procam.ImageSize(64, 48), procam.Intrinsics(70, 71, 30, 25)))
+    wall = simulate.Body("wall", simulate.Rectangle([-2.0, -2.0], [2.0, 2.0]), procam.Pose([0, 0, 0, 1], [0, 0, 2.0]), 0.8)
+    room = simulate.Room(bodies=[wall], ambient=0.05)
+    light = simulate.RoomLight(projector=projector, room_from_projector=procam.Pose([0, 0, 0, 1], [0.1, 0, 0]))
+    noisy = simulate.RoomViewOptions(noise=procam.NoiseModel(at_black=4.0, per_level=0.02))
+    view = simulate.LiveView(room, camera, procam.Pose(), [light], simulate.LiveViewOptions(view=noisy))
+    assert view.exposure() > 0
+    assert view.light().pixel.shape == (90, 120, 2)
+    left = numpy.zeros((48, 64), numpy.uint8)
+    left[:, :32] = 255
+    seen = view.capture([view.light_of(left)], 1)
+    assert seen.shape == (90, 120) and seen.dtype == numpy.uint8
+    lit = view.light().lit == 1
+    bright = lit & (view.light().pixel[:, :, 0] < 28)
+    dark = lit & (view.light().pixel[:, :, 0] > 36)
+    assert bright.sum() > 500 and dark.sum() > 500
+    assert seen[bright].mean() > 3 * seen[dark].mean()
+    # Noise alone differs by the number.
+    again = view.capture([view.light_of(left)], 1)
+    other = view.capture([view.light_of(left)], 2)
+    assert (again == seen).all() and (other != seen).any()
+    with pytest.raises(ValueError, match="no projector of that number"):
+        view.light(3)
+    with pytest.raises(ValueError):
+        view.capture([], 1)
+    with pytest.raises(ValueError):
+        view.light_of(numpy.zeros((10, 10), numpy.uint8))
+
+
 def test_files_come_back(tmp_path):
     board = procam.CharucoBoard(columns=7, rows=5, square_size=0.03, marker_size=0.02)
     procam.io.save_board(tmp_path / "board.json", board)

@@ -28,6 +28,9 @@ expect "an option with a short form" --output "$tools/calibrate-projector" --out
 expect "an option by procam" --holdout "$tools/procam" calibrate-projector --hol
 expect "an option of a general word" --simulate "$tools/procam" studio --sim
 expect "a choice" free "$tools/calibrate-projector" --board-shape f
+expect "a format" kalibr "$tools/procam" convert --format ka
+expect "a program" unreal "$tools/export-camera" --for unr
+expect "a level" paper "$tools/simulate-captures" --level p
 expect "no other choice" '!flat' "$tools/calibrate-projector" --board-shape fr
 expect "a choice after an equals sign" free "$tools/calibrate-projector" --board-shape = f
 expect "a file" rig.json "$tools/solve-surfaces" --rig r

@@ -108,6 +108,8 @@ constexpr Row kRows[] = {
      "procam convert rig.json --format opencv-stereo -o stereo.yml"},
     {"procam-convert", "another program's calibration as a rig",
      "procam convert camchain.yaml --format procam -o rig.json"},
+    {"procam-convert", "the rig on its robot, for the robot's description",
+     "procam convert rig.json --format urdf --mount mount.json -o rig.urdf"},
     {"procam-studio", "a project in this folder", "procam studio stage"},
     {"procam-studio", "without hardware", "procam studio stage --simulate"},
     {"procam-studio", "for a browser on another computer", "procam studio stage --control 0.0.0.0:8737"},

@@ -126,7 +126,10 @@ class YamlReader {
     return node;
   }
 
-  static bool is_item(const std::string& content) { return content == "-" || content.rfind("- ", 0) == 0; }
+  static bool is_blank(char c) { return c == ' ' || c == '\t'; }
+  static bool is_item(const std::string& content) {
+    return content[0] == '-' && (content.size() == 1 || is_blank(content[1]));
+  }
 
   /// Where the colon after a key is; npos when the line has none.
   static std::size_t colon_of(const std::string& content) {
@@ -138,7 +141,7 @@ class YamlReader {
         if (c == quote) quote = 0;
       } else if (i == 0 && (c == '"' || c == '\'')) {
         quote = c;
-      } else if (c == ':' && (i + 1 == content.size() || content[i + 1] == ' ')) {
+      } else if (c == ':' && (i + 1 == content.size() || is_blank(content[i + 1]))) {
         return i;
       }
     }
@@ -157,7 +160,7 @@ class YamlReader {
     while (at_ < lines_.size() && lines_[at_].indent == indent && is_item(lines_[at_].content)) {
       Line& line = lines_[at_];
       Node& item = node.children.emplace_back();
-      const std::size_t offset = line.content.find_first_not_of(' ', 1);
+      const std::size_t offset = line.content.find_first_not_of(" \t", 1);
       if (offset == std::string::npos) {
         const int number = line.number;
         ++at_;
@@ -195,7 +198,7 @@ class YamlReader {
       member.name = key;
       std::string rest = trimmed(line.content.substr(colon + 1));
       if (!rest.empty() && rest[0] == '!') {  // a tag: !!opencv-matrix
-        const std::size_t blank = rest.find(' ');
+        const std::size_t blank = rest.find_first_of(" \t");
         rest = blank == std::string::npos ? "" : trimmed(rest.substr(blank));
       }
       if (rest.empty()) {
@@ -314,7 +317,7 @@ class YamlReader {
       for (end = at; end < text.size(); ++end) {
         const char c = text[end];
         if (c == ',' || c == ']' || c == '}' || c == '[' || c == '{') break;
-        if (c == ':' && (end + 1 == text.size() || text[end + 1] == ' ')) break;
+        if (c == ':' && (end + 1 == text.size() || is_blank(text[end + 1]))) break;
       }
     const std::string out = trimmed(text.substr(at, end - at));
     at = end;

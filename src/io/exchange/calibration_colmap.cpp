@@ -22,7 +22,10 @@ const std::vector<Model>& models() {
                                         {"RADIAL", 1, 2, BrownConrady{}},
                                         {"OPENCV", 2, 4, BrownConrady{}},
                                         {"FULL_OPENCV", 2, 8, RationalDistortion{}},
-                                        {"OPENCV_FISHEYE", 2, 4, FisheyeDistortion{}}};
+                                        {"OPENCV_FISHEYE", 2, 4, FisheyeDistortion{}},
+                                        // theta (1 + k1 theta^2 + k2 theta^4), as the first terms of it.
+                                        {"SIMPLE_RADIAL_FISHEYE", 1, 1, FisheyeDistortion{}},
+                                        {"RADIAL_FISHEYE", 1, 2, FisheyeDistortion{}}};
   return known;
 }
 

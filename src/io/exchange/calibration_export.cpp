@@ -135,9 +135,14 @@ void write_opencv(Export& out, const CalibratedDevice& device) {
 }
 
 void write_opencv_stereo(Export& out, const Rig& rig, const std::vector<CalibratedDevice>& devices) {
-  if (rig.cameras.size() != 1 || rig.projectors.size() != 1)
-    throw Error(ErrorKind::kInput, "opencv-stereo", "the rig is not one camera and one projector",
+  if (devices.size() != 2)
+    throw Error(ErrorKind::kInput, "opencv-stereo",
+                "the format holds two devices, and the rig has " + std::to_string(devices.size()),
                 "export to kalibr, which holds any number of devices");
+  if (rig.projectors.size() != 1)
+    out.diagnostics().note(
+        "kinds_lost",
+        "the format does not tell cameras from projectors; procam reads the second as a projector");
   out.line("%YAML:1.0");
   out.line("---");
   for (std::size_t i = 0; i < 2; ++i) {
@@ -159,6 +164,23 @@ void write_opencv_stereo(Export& out, const Rig& rig, const std::vector<Calibrat
   out.line("metres_per_unit: 1.");
 }
 
+/// A name as ROS' graph has it: letters, digits and '_', a letter first.
+std::string ros_name(const std::string& name) {
+  std::string out;
+  for (const char c : name) {
+    const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    out += is_letter || c == '_' || (c >= '0' && c <= '9') ? c : '_';
+  }
+  const bool begins_well = !out.empty() && out[0] != '_' && !(out[0] >= '0' && out[0] <= '9');
+  return begins_well ? out : "camera_" + out;
+}
+
+void report_name(Export& out, const std::string& name) {
+  if (ros_name(name) != name)
+    out.diagnostics().note("name_changed", "'" + name + "' is written as '" + ros_name(name) +
+                                               "': ROS' names are of letters, digits and '_'");
+}
+
 void write_ros(Export& out, const CalibratedDevice& device) {
   const Camera& lens = device.lens;
   const auto matrix = [&](const std::string& name, int rows, const NumberList& numbers) {
@@ -169,7 +191,8 @@ void write_ros(Export& out, const CalibratedDevice& device) {
   };
   out.line("image_width: " + std::to_string(lens.size.width));
   out.line("image_height: " + std::to_string(lens.size.height));
-  out.line("camera_name: " + device.name);
+  out.line("camera_name: " + ros_name(device.name));
+  report_name(out, device.name);
   matrix("camera_matrix", 3, rows_of(lens.intrinsics.matrix()));
   const bool is_rational = std::holds_alternative<RationalDistortion>(lens.distortion);
   out.line(std::string("distortion_model: ") + (is_fisheye(lens.distortion) ? "equidistant"
@@ -217,7 +240,8 @@ void write_kalibr(Export& out, const std::vector<CalibratedDevice>& devices) {
                                                                                 : "radtan"));
     out.line("  intrinsics: " + in_brackets({k.fx, k.fy, k.cx, k.cy}));
     out.line("  resolution: " + in_brackets({double(held.size.width), double(held.size.height)}));
-    out.line("  rostopic: /" + device.name + "/image_raw");
+    out.line("  rostopic: /" + ros_name(device.name) + "/image_raw");
+    report_name(out, device.name);
   }
   out.diagnostics().note("names_lost", "the format calls the devices cam0, cam1, ..., all of them cameras");
 }
@@ -285,8 +309,18 @@ CalibrationFormat parse_calibration_format(const std::string& name) {
   return CalibrationFormat(found - kCalibrationFormats.begin());
 }
 
-ForeignCalibration export_calibration(CalibrationFormat format, const Rig& rig, const std::string& device) {
-  const std::vector<CalibratedDevice> devices = calibrated_devices(rig);
+ForeignCalibration export_calibration(CalibrationFormat format, const Rig& rig, const std::string& device,
+                                      const std::optional<Mount>& mount) {
+  std::vector<CalibratedDevice> devices = calibrated_devices(rig);
+  const bool of_many = format != CalibrationFormat::kOpenCv && format != CalibrationFormat::kRos &&
+                       format != CalibrationFormat::kMrcal;
+  const bool of_frames = format == CalibrationFormat::kUrdf || format == CalibrationFormat::kSdf;
+  if (mount && !of_frames)
+    throw Error(ErrorKind::kInput, "mount", "the format has no frames",
+                "export to urdf or sdf, or leave the mount out");
+  const std::optional<RobotMount> on_robot =
+      mount ? std::optional(robot_mount(*mount, devices)) : std::nullopt;
+  if (of_many && !device.empty()) devices = {CalibratedDevice(pick_device(devices, device))};
   ForeignCalibration result;
   Export out(result);
   switch (format) {
@@ -309,10 +343,10 @@ ForeignCalibration export_calibration(CalibrationFormat format, const Rig& rig, 
       write_colmap(out, devices);
       break;
     case CalibrationFormat::kUrdf:
-      result.text = urdf_of(devices);
+      result.text = urdf_of(devices, on_robot);
       break;
     case CalibrationFormat::kSdf:
-      result.text = sdf_of(devices);
+      result.text = sdf_of(devices, on_robot);
       break;
     case CalibrationFormat::kGltf:
       result.text = gltf_of(devices);
@@ -327,9 +361,14 @@ ForeignCalibration export_calibration(CalibrationFormat format, const Rig& rig, 
       }
       break;
   }
-  if (format == CalibrationFormat::kUrdf || format == CalibrationFormat::kSdf)
+  if (of_frames)
     result.diagnostics.note("intrinsics_lost", "the format holds the frames alone; export the lenses to ros");
-  if (!rig.covariance.empty())
+  if (mount && mount->world_from_base)
+    result.diagnostics.note("world_lost",
+                            "where the arm's base or the head stands in the world is not written");
+  const bool mount_has_covariance =
+      mount && (mount->pose.target_from_source.covariance.norm() > 0 || mount->joint_covariance.size() > 0);
+  if (!rig.covariance.empty() || mount_has_covariance)
     result.diagnostics.note("covariance_lost", "the format has no place for the covariance");
   return result;
 }

@@ -157,6 +157,18 @@ Rig read_plain_pair(const Value& root, const CalibrationContext& context) {
                 pose_of(rotation, translation, context.metres_per_unit), find(root, {"rms"}));
 }
 
+/// A chain with a gap: each camera's pose is that to the one before.
+void refuse_further_cameras(const Value& root, int after) {
+  for (const Value& member : root.members()) {
+    const std::string& name = member.node->name;
+    if (name.rfind("cam", 0) == 0 && name.size() > 3 &&
+        name.find_first_not_of("0123456789", 3) == std::string::npos &&
+        std::stol("0" + name.substr(3, 6)) >= after)
+      member.fail("there is no 'cam" + std::to_string(after) + "' before it",
+                  "number the cameras cam0, cam1, ... without a gap");
+  }
+}
+
 /// cam0, cam1, ... of Kalibr.
 Rig read_kalibr(const Value& root, const CalibrationContext& context) {
   Rig rig;
@@ -164,7 +176,10 @@ Rig read_kalibr(const Value& root, const CalibrationContext& context) {
   for (int i = 0;; ++i) {
     const std::string name = "cam" + std::to_string(i);
     const auto found = find(root, {name.c_str()});
-    if (!found) return rig;
+    if (!found) {
+      refuse_further_cameras(root, i);
+      return rig;
+    }
     const Value model = require_member(*found, {"camera_model"});
     if (model.text() != "pinhole")
       model.fail("procam has no camera model '" + model.text().substr(0, 40) + "'",
@@ -186,6 +201,12 @@ Rig read_kalibr(const Value& root, const CalibrationContext& context) {
   }
 }
 
+/// Windows' editors put a mark before the text (UTF-8's byte order mark).
+std::string without_mark(std::string bytes) {
+  if (bytes.rfind("\xef\xbb\xbf", 0) == 0) bytes.erase(0, 3);
+  return bytes;
+}
+
 Node parse_any(const std::string& bytes, const std::string& file) {
   const std::size_t first = bytes.find_first_not_of(" \t\r\n");
   const char begin = first == std::string::npos ? '\0' : bytes[first];
@@ -198,10 +219,14 @@ Node parse_any(const std::string& bytes, const std::string& file) {
 
 Rig load_calibration(const std::filesystem::path& path, const CalibrationContext& context) {
   require(context.metres_per_unit > 0, "load_calibration: the unit is not positive");
-  const std::string bytes = read_file(path, limits::kDocumentBytes), file = path.string();
+  const std::string whole = read_file(path, limits::kDocumentBytes), file = path.string();
+  const std::string bytes = without_mark(whole);
+  if (path.filename() == "cameras.bin")
+    throw Error(ErrorKind::kUnsupported, file, "COLMAP's binary files are not read",
+                "write text: colmap model_converter --output_type TXT");
   if (is_mrcal(bytes) || is_colmap(bytes)) {
     Rig rig = is_mrcal(bytes) ? read_mrcal(bytes, file) : read_colmap(bytes, file);
-    rig.provenance.inputs = {{file, sha256(bytes)}};
+    rig.provenance.inputs = {{file, sha256(whole)}};
     return rig;
   }
   const Node document = parse_any(bytes, file);
@@ -209,6 +234,11 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
   if (!is_group(root)) root.fail("it is no calibration", kNextCalibration);
   const auto format = find(root, {"format"});
   if (format && document.kind == Node::Kind::kObject) return load_rig(path);
+
+  if (std::optional<Rig> scene = read_scene(root, context)) {
+    scene->provenance.inputs = {{file, sha256(whole)}};
+    return *std::move(scene);
+  }
 
   Rig rig;
   const auto pair = std::find_if(pair_names().begin(), pair_names().end(), [&](const PairNames& names) {
@@ -221,7 +251,7 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
     const std::filesystem::path extrinsics = path.parent_path() / "extrinsics.yml";
     if (!find(root, pair->rotation) && std::filesystem::exists(extrinsics, ignored)) {
       beside_file = extrinsics.string();
-      beside = parse_any(read_file(extrinsics, limits::kDocumentBytes), beside_file);
+      beside = parse_any(without_mark(read_file(extrinsics, limits::kDocumentBytes)), beside_file);
     }
     rig = read_pair(*pair, root, beside.line > 0 ? Value{&beside, &beside_file, ""} : root, context);
   } else if (find(root, {"cam0"})) {
@@ -244,7 +274,7 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
     root.fail("no calibration is recognised among its fields (" + names + ")", kNextCalibration);
   }
   if (rig.provenance.tool.empty()) rig.provenance.tool = "another program";
-  rig.provenance.inputs = {{file, sha256(bytes)}};
+  rig.provenance.inputs = {{file, sha256(whole)}};
   return rig;
 }
 

@@ -9,7 +9,9 @@ namespace procam::io {
 namespace {
 
 std::string spaced(const Vec3& v) {
-  return format_number(v.x()) + " " + format_number(v.y()) + " " + format_number(v.z());
+  const Vec3 unsigned_zeros = v.array() + 0.0;  // -0 + 0 is 0
+  return format_number(unsigned_zeros.x()) + " " + format_number(unsigned_zeros.y()) + " " +
+         format_number(unsigned_zeros.z());
 }
 
 std::string in_xml(const std::string& text) {
@@ -91,7 +93,8 @@ const CalibratedDevice& pick_device(const std::vector<CalibratedDevice>& devices
               devices.empty() ? "the rig has none"
               : name.empty()  ? "the format holds one, and the rig has several"
                               : "the rig has none of that name",
-              known.empty() ? "use a rig file with a device" : "name one of: " + known);
+              known.empty() ? "use a rig file with a device"
+                            : "name one of: " + known + " (procam convert --device)");
 }
 
 Camera centred_pinhole(const Camera& lens) {
@@ -102,29 +105,87 @@ Camera centred_pinhole(const Camera& lens) {
   return held;
 }
 
-std::string urdf_of(const std::vector<CalibratedDevice>& devices) {
-  std::string text = "<?xml version=\"1.0\"?>\n<robot name=\"rig\">\n  <link name=\"rig\"/>\n";
+RobotMount robot_mount(const Mount& mount, const std::vector<CalibratedDevice>& devices) {
+  RobotMount found{mount.pose.target, mount.pose.target_from_source.pose, mount.axes};
+  if (mount.pose.source == "rig") return found;
+  for (const CalibratedDevice& device : devices)
+    if (device.name == mount.pose.source) {
+      found.carrier_from_rig = found.carrier_from_rig * device.rig_from_device.inverse();
+      return found;
+    }
+  throw Error(
+      ErrorKind::kInput, "mount",
+      "it is that of '" + mount.pose.source.substr(0, 40) + "', which is neither the rig nor a device of it",
+      "give the mount that calibrate-mount wrote for this rig");
+}
+
+namespace {
+
+std::string urdf_origin(const Pose& pose) {
+  return "<origin xyz=\"" + spaced(pose.translation) + "\" rpy=\"" +
+         spaced(roll_pitch_yaw(pose.rotation_matrix())) + "\"/>";
+}
+std::string urdf_joint(const std::string& name, const char* type, const std::string& parent,
+                       const std::string& child, const Pose& parent_from_child) {
+  const bool turns = std::string(type) == "continuous";
+  return "  <link name=\"" + child + "\"/>\n  <joint name=\"" + name + "\" type=\"" + type +
+         "\">\n    <parent link=\"" + parent + "\"/>\n    <child link=\"" + child + "\"/>\n    " +
+         urdf_origin(parent_from_child) + "\n" + (turns ? "    <axis xyz=\"0 0 1\"/>\n" : "") +
+         "  </joint>\n";
+}
+
+/// head_from_tilt = Rz(pan) Tx(offset) Rx(angle) Rz(tilt).
+Pose pan_from_tilt_at_zero(const PanTiltAxes& axes) {
+  return head_from_tilt(axes, 0, 0);
+}
+
+std::string sdf_pose(const Pose& pose) {
+  return spaced(pose.translation) + " " + spaced(roll_pitch_yaw(pose.rotation_matrix()));
+}
+std::string sdf_frame(const std::string& name, const std::string& parent, const Pose& pose) {
+  return "    <frame name=\"" + name + "\" attached_to=\"" + parent + "\">\n      <pose>" + sdf_pose(pose) +
+         "</pose>\n    </frame>\n";
+}
+std::string sdf_turning_link(const std::string& name, const std::string& parent, const Pose& pose) {
+  return "    <link name=\"" + name + "\">\n      <pose relative_to=\"" + parent + "\">" + sdf_pose(pose) +
+         "</pose>\n    </link>\n    <joint name=\"" + name + "_joint\" type=\"revolute\">\n      <parent>" +
+         parent + "</parent>\n      <child>" + name +
+         "</child>\n      <axis><xyz>0 0 1</xyz></axis>\n    </joint>\n";
+}
+
+}  // namespace
+
+std::string urdf_of(const std::vector<CalibratedDevice>& devices, const std::optional<RobotMount>& mount) {
+  std::string text = "<?xml version=\"1.0\"?>\n<robot name=\"rig\">\n";
+  if (mount && mount->axes) {
+    text += "  <link name=\"head\"/>\n" + urdf_joint("pan_joint", "continuous", "head", "pan", Pose()) +
+            urdf_joint("tilt_joint", "continuous", "pan", in_xml(mount->carrier),
+                       pan_from_tilt_at_zero(*mount->axes));
+  } else if (mount) {
+    text += "  <link name=\"" + in_xml(mount->carrier) + "\"/>\n";
+  }
+  if (mount)
+    text += urdf_joint(in_xml(mount->carrier) + "_to_rig", "fixed", in_xml(mount->carrier), "rig",
+                       mount->carrier_from_rig);
+  else
+    text += "  <link name=\"rig\"/>\n";
   for (const CalibratedDevice& device : devices) {
     const std::string name = in_xml(device.name);
-    text += "  <link name=\"" + name + "_optical_frame\"/>\n";
-    text += "  <joint name=\"rig_to_" + name + "\" type=\"fixed\">\n";
-    text += "    <parent link=\"rig\"/>\n";
-    text += "    <child link=\"" + name + "_optical_frame\"/>\n";
-    text += "    <origin xyz=\"" + spaced(device.rig_from_device.translation) + "\" rpy=\"" +
-            spaced(roll_pitch_yaw(device.rig_from_device.rotation_matrix())) + "\"/>\n";
-    text += "  </joint>\n";
+    text += urdf_joint("rig_to_" + name, "fixed", "rig", name + "_optical_frame", device.rig_from_device);
   }
   return text + "</robot>\n";
 }
 
-std::string sdf_of(const std::vector<CalibratedDevice>& devices) {
-  std::string text =
-      "<?xml version=\"1.0\"?>\n<sdf version=\"1.9\">\n  <model name=\"rig\">\n    <link name=\"rig\"/>\n";
+std::string sdf_of(const std::vector<CalibratedDevice>& devices, const std::optional<RobotMount>& mount) {
+  std::string text = "<?xml version=\"1.0\"?>\n<sdf version=\"1.9\">\n  <model name=\"rig\">\n";
+  if (mount && mount->axes)
+    text += "    <link name=\"head\"/>\n" + sdf_turning_link("pan", "head", Pose()) +
+            sdf_turning_link(in_xml(mount->carrier), "pan", pan_from_tilt_at_zero(*mount->axes));
+  else
+    text += "    <link name=\"" + (mount ? in_xml(mount->carrier) : "rig") + "\"/>\n";
+  if (mount) text += sdf_frame("rig", in_xml(mount->carrier), mount->carrier_from_rig);
   for (const CalibratedDevice& device : devices)
-    text += "    <frame name=\"" + in_xml(device.name) +
-            "_optical_frame\" attached_to=\"rig\">\n      <pose>" +
-            spaced(device.rig_from_device.translation) + " " +
-            spaced(roll_pitch_yaw(device.rig_from_device.rotation_matrix())) + "</pose>\n    </frame>\n";
+    text += sdf_frame(in_xml(device.name) + "_optical_frame", "rig", device.rig_from_device);
   return text + "  </model>\n</sdf>\n";
 }
 
@@ -145,7 +206,8 @@ std::string gltf_of(const std::vector<CalibratedDevice>& devices) {
         "", {text_node("name", device.name), text_node("type", "perspective"),
              object("perspective", {number_node("aspectRatio", (size.width / k.fx) / (size.height / k.fy)),
                                     number_node("yfov", 2 * std::atan(0.5 * size.height / k.fy)),
-                                    number_node("znear", 0.01)})}));
+                                    number_node("znear", 0.01)}),
+             object("extras", {numbers("size", {double(size.width), double(size.height)})})}));
   }
   nodes.insert(nodes.begin(), object("", {text_node("name", "rig"), list("children", std::move(children))}));
   const Node scene = object("", {numbers("nodes", {0})});

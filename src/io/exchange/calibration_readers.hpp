@@ -22,6 +22,10 @@ bool is_colmap(std::string_view bytes);
 /// cx and cy are 0.5 smaller here. Throws as above.
 Rig read_colmap(std::string_view bytes, const std::string& file);
 
+/// Cameras of glTF scenes, with their nodes' poses, and the one camera of an SDF model. nullopt for any other document.
+/// Throws Error(kInput), and Error(kUnsupported) for URDF models and SDF models of several cameras.
+std::optional<Rig> read_scene(const Value& root, const CalibrationContext& context);
+
 /// Cameras of programs that list each number by name: ORB-SLAM, camodocal (VINS), nerfstudio, Open3D, librealsense,
 /// Metashape. nullopt for any other document. Throws Error(kInput), and Error(kUnsupported) for lens models that procam
 /// does not have.

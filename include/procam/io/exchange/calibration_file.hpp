@@ -10,8 +10,11 @@
 ///   export_calibration() with size1, size2, metres_per_unit |
 /// | ROS (camera_info files and messages) | camera_matrix, distortion_model, distortion_coefficients; K and D |
 /// | mrcal (.cameramodel) | lensmodel PINHOLE, OPENCV4, OPENCV5, OPENCV8; its pose, the reference as the rig |
-/// | COLMAP (cameras.txt) | one camera: PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE, (SIMPLE_)RADIAL; cx and cy less
-///   0.5, as COLMAP counts from the corner of the first pixel |
+/// | COLMAP (cameras.txt) | one camera: PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE, (SIMPLE_)RADIAL(_FISHEYE); cx and
+///   cy less 0.5, as COLMAP counts from the corner of the first pixel |
+/// | glTF 2.0 (.gltf) | perspective cameras with their nodes' poses; their sizes from `camera_size`, or as export_calibration()
+///   states them |
+/// | SDF | the sensor of one camera: its field of view or intrinsics, distortion; its pose is not read |
 /// | Kalibr (camchain) | cam0, cam1, ...: intrinsics, distortion_model, distortion_coeffs, resolution, T_cn_cnm1 |
 /// | projector-camera programs | cam_int cam_dist proj_int proj_dist rotation translation img_shape; or
 ///   cam_K cam_kc proj_K proj_kc R T |

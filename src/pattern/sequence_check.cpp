@@ -123,7 +123,7 @@ SequenceCheck check_flat_and_board(const ViewU8& flat_lit, const ViewU8& board_l
   constexpr int kChange = 12;  // grey levels, well above a camera's noise
   constexpr double kMinShare = 1e-3;
   // At full scale everything is alike; half of a printed chessboard is paper.
-  constexpr double kMuchClipped = 0.25, kDarkPaper = 40;
+  constexpr double kMuchClipped = 0.1, kDarkPaper = 40;
   const bool is_clipped = sequence.clipping().share > kMuchClipped;
   if (!is_clipped && sequence.differing(0, 1, kChange) < kMinShare) {
     const double paper = sequence.contrast();

@@ -6,9 +6,11 @@
 #include <optional>
 #include <utility>
 
+#include "causes.hpp"
 #include "describe.hpp"
 #include "hold_out.hpp"
 #include "joined.hpp"
+#include "known_lens.hpp"
 #include "lens_choice.hpp"
 #include "lens_models.hpp"
 #include "normal_equations.hpp"
@@ -95,9 +97,10 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
     result.diagnostics.note(
         "board_flexes", "the board bends anew in each view, by " + mm(shape.flex_rms) +
                             " (RMS): the bend of each view is estimated" +
-                            (bends ? std::string()
-                                   : ", which reduces the held-out error from " + px(shape.holdout_flat_px) +
-                                         " to " + px(shape.holdout_free_px)));
+                            (bends || !(shape.holdout_free_px < shape.holdout_flat_px)
+                                 ? std::string()
+                                 : ", which reduces the held-out error from " + px(shape.holdout_flat_px) +
+                                       " to " + px(shape.holdout_free_px)));
 }
 
 /// What is known of the devices: by the normal equations, and to be told.
@@ -308,10 +311,78 @@ void tell_residual_distortion(const Correspondences& data, const ResidualDistort
               "does not pull the lens's parameters, and included in their sigmas");
 }
 
+Correspondences without_views(const Correspondences& given, const std::vector<ForeignView>& foreign) {
+  Correspondences data = given;
+  for (const ForeignView& one : foreign) {
+    View& view = data.views[one.view];
+    for (auto& of_device : view.observations) of_device.clear();
+    view.light_points.clear();
+  }
+  return data;
+}
+
+/// The same, without views whose camera images are of another capture as well; `foreign` receives these. The camera's corners
+/// of a view stay where they agree with the camera of the others: then the projector alone is at fault.
+DistortionSolution solve_own_views(const Correspondences& given, const std::optional<KnownLens>& known_camera,
+                                   const Options& options, std::vector<ForeignView>& foreign) {
+  DistortionSolution all = solve_with_residual_distortion(given, known_camera, options);
+  if (options.outlier_sigmas <= 0) return all;
+  foreign = views_of_another_capture(all.shaped.data, all.start.used, all.shaped.solution);
+  if (foreign.empty()) return all;
+  try {
+    DistortionSolution others =
+        solve_with_residual_distortion(without_views(given, foreign), known_camera, options);
+    const std::size_t suspected = foreign.size();
+    const auto is_sound = [&](const ForeignView& one) {
+      return agrees_with_camera(all.shaped.data, all.start.used, all.shaped.solution, others.shaped.data,
+                                others.shaped.solution, one.view);
+    };
+    foreign.erase(std::remove_if(foreign.begin(), foreign.end(), is_sound), foreign.end());
+    if (foreign.empty()) return all;
+    return foreign.size() == suspected
+               ? std::move(others)
+               : solve_with_residual_distortion(without_views(given, foreign), known_camera, options);
+  } catch (const Error&) {  // too few without them
+    foreign.clear();
+    return all;
+  }
+}
+
+void tell_foreign_views(const std::vector<ForeignView>& foreign, CalibrationResult& result) {
+  for (const ForeignView& one : foreign) {
+    ViewResult& view = result.views[one.view];
+    view.note = "rejected: " + one.cause;
+    result.diagnostics.warn("view_left_out", "view " + view.name + " rejected: " + one.cause);
+  }
+}
+
+/// A known camera against the one that the same views determine without it; nothing where they do not.
+void check_known_camera(const Correspondences& given, const KnownLens& known, const Options& options,
+                        CalibrationResult& result) {
+  report(options, "check of the known camera", 0.95);
+  try {
+    const DistortionSolution own = solve_with_residual_distortion(given, std::nullopt, options);
+    const Solution& solution = own.shaped.solution;
+    Points2 pixels;
+    for (std::size_t v = 0; v < own.shaped.data.views.size(); ++v)
+      for (std::size_t i = 0; i < own.shaped.data.views[v].observations[0].size(); ++i)
+        if (solution.used[v][0][i]) pixels.push_back(own.shaped.data.views[v].observations[0][i].pixel);
+    const std::string& device = given.devices.front().name;
+    const Gate gate =
+        known_lens_gate(lens_difference(pixels, known, solution.state().lenses[0],
+                                        sigmas_of(own.shaped, own.beyond).robust.devices, device),
+                        device, spread_of(own.shaped.data, solution.state(), solution.used, 0).rms_px);
+    result.rig.quality.gates.push_back(gate);
+    if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
+  } catch (const Error&) {  // that is why the camera is given
+  }
+}
+
 CalibrationResult run(const Correspondences& given, const std::optional<KnownLens>& known_camera,
                       const Options& options) {
   require_consistent(given);
-  auto [start, shaped, alternatives, beyond] = solve_with_residual_distortion(given, known_camera, options);
+  std::vector<ForeignView> foreign;
+  auto [start, shaped, alternatives, beyond] = solve_own_views(given, known_camera, options, foreign);
   report(options, "covariance", 0.75);
   Sigmas sigmas = sigmas_of(shaped, beyond);
   const std::vector<WeaklyObservable> open =
@@ -329,6 +400,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
         "sigmas_from_views",
         "views disagree " + times(std::sqrt(result.variance_ratio)) +
             " more than detection noise predicts; uncertainties are from a leave-one-view-out jackknife");
+  tell_foreign_views(foreign, result);
   tell_lenses(std::move(alternatives), result);
   tell_residual_distortion(data, beyond, result);
   for (const std::string& sentence : in_words(open, data))
@@ -341,6 +413,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
     hold_out_views(data, start, solution, beyond, sigmas.robust.inflated ? sigmas.robust.variance_ratio : 1,
                    options, result);
   check_result(data, start, solution, shaped.shape, result);
+  if (known_camera) check_known_camera(without_views(given, foreign), *known_camera, options, result);
   report(options, "done", 1);
   return result;
 }

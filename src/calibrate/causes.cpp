@@ -24,6 +24,11 @@ std::string amount(const Pose& motion) {
                 se3_log(motion).head<3>().norm() / kDegree);
 }
 
+/// Nothing turns by so much between two frames: an image was rotated.
+bool may_have_moved(const Pose& motion) {
+  return se3_log(motion).head<3>().norm() < 100 * kDegree;
+}
+
 /// RMS that the device has in the views that agree: what a good explanation comes near to.
 double usual_rms(const Correspondences& data, const Solution& solution, int device) {
   return std::max(spread_of(data, solution.state(), solution.used, device).rms_px, 0.02);
@@ -195,8 +200,11 @@ std::vector<int> exchanged_order(const Points3& board, const Vec2& flip) {
 
 }  // namespace
 
-std::string cause_of_disagreement(const Correspondences& data, const UsedMask& everything,
-                                  const Solution& solution, int view, int device) {
+namespace {
+
+/// Nothing where none of the causes explains the pixels.
+std::optional<std::string> explained_disagreement(const Correspondences& data, const UsedMask& everything,
+                                                  const Solution& solution, int view, int device) {
   const std::string& name = data.devices[std::size_t(device)].name;
   const View& here = data.views[std::size_t(view)];
   const auto pixels = pixels_by_point(here, device);
@@ -249,15 +257,62 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
   if (const auto own = try_own_pose(data, everything, solution, view, device);
       own && own->rms_px < explained) {
     const Pose motion = own->rig_from_board * solution.state().rig_from_board[std::size_t(view)].inverse();
-    if (takes_part(solution.used, std::size_t(view)))
+    if (takes_part(solution.used, std::size_t(view)) && may_have_moved(motion))
       return "the board, or the " + name + ", moved by " + amount(motion) +
              (projects ? " between the camera's picture and the patterns, or a lens"
                        : " between the cameras' pictures, or a lens") +
              " was zoomed or refocused; hold it "
              "still, leave the lenses alone, and capture the view again";
   }
-  return "its points are not where this board would have them in " + name +
-         ": another board, a lens that was zoomed or refocused, or frames of another capture";
+  return std::nullopt;
+}
+
+std::string unexplained_disagreement(const std::string& device) {
+  return "its points are not where this board would have them in " + device +
+         ": another board, a lens that was zoomed or refocused, an image that was rotated, mirrored or cut, or frames of "
+         "another capture";
+}
+
+}  // namespace
+
+std::string cause_of_disagreement(const Correspondences& data, const UsedMask& everything,
+                                  const Solution& solution, int view, int device) {
+  const auto explained = explained_disagreement(data, everything, solution, view, device);
+  return explained ? *explained : unexplained_disagreement(data.devices[std::size_t(device)].name);
+}
+
+bool agrees_with_camera(const Correspondences& data, const UsedMask& everything, const Solution& all,
+                        const Correspondences& other_data, const Solution& others, std::size_t view) {
+  constexpr double kAgrees = 2;
+  const int camera = posing_camera(data, all.used, view);
+  if (camera < 0) return false;
+  Solution of_others = others;
+  of_others.bundle.state.rig_from_board[view] = all.state().rig_from_board[view];
+  const auto own = try_own_pose(data, everything, of_others, int(view), camera);
+  return own && own->rms_px < kAgrees * usual_rms(other_data, others, camera);
+}
+
+std::vector<ForeignView> views_of_another_capture(const Correspondences& data, const UsedMask& everything,
+                                                  const Solution& solution) {
+  std::vector<ForeignView> foreign;
+  std::size_t views = 0;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    if (!takes_part(solution.used, v)) continue;
+    ++views;
+    const int camera = posing_camera(data, solution.used, v);
+    // Two cameras that agree on a view are right about it.
+    if (camera < 0 || posing_camera(data, solution.used, v, camera) >= 0) continue;
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      if (data.devices[d].kind != DeviceKind::kProjector || !solution.rejected[v][d]) continue;
+      if (explained_disagreement(data, everything, solution, int(v), int(d))) break;
+      foreign.push_back({v, unexplained_disagreement(data.devices[d].name)});
+      break;
+    }
+  }
+  // Of many, nobody knows which are of the same capture.
+  constexpr std::size_t kMaxShare = 3;
+  if (kMaxShare * foreign.size() > views) foreign.clear();
+  return foreign;
 }
 
 std::string moved_device(const Correspondences& data, const UsedMask& everything, const Solution& solution,
@@ -289,6 +344,7 @@ std::string moved_device(const Correspondences& data, const UsedMask& everything
   }
   if (spread_of(data, moved, elsewhere, device).rms_px > explained) return "";
   const Pose motion = moved.device_from_rig[d] * solution.state().device_from_rig[d].inverse();
+  if (!may_have_moved(motion)) return "";
   return data.devices[d].name + " stands elsewhere in views " + names + ", by " + amount(motion) +
          ": it was moved against the camera, or its lens was shifted; fix both to each other and capture "
          "these views again";
@@ -336,6 +392,8 @@ std::string resampled_picture(const Correspondences& data, const Solution& solut
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     for (const Measurement& m : measurements_of(data, int(v), device)) {
       if (!solution.used[v][std::size_t(device)][std::size_t(m.index)]) continue;
+      // Points of a projected board lie on a grid, where one period cannot be told from others and from a lens's trend.
+      if (m.light != nullptr) continue;
       const auto r = reprojection_residual(solution.state(), m);
       if (!r) continue;
       // Where the light should be: what was read may lie on a grid of its own.

@@ -1,6 +1,7 @@
 #pragma once
 /// Private to calibrate: why a view disagrees with the others, in words that tell what to do.
 #include <string>
+#include <vector>
 
 #include "solve.hpp"
 
@@ -10,6 +11,21 @@ namespace procam::calibrate {
 /// board (or a device) that moved between the frames, and else a view of something else.
 std::string cause_of_disagreement(const Correspondences& data, const UsedMask& everything,
                                   const Solution& solution, int view, int device);
+
+/// A view that a projector rejects without a cause that the frames of one capture can have: the camera's image itself may be
+/// of another lens position, another orientation or another board.
+struct ForeignView {
+  std::size_t view = 0;
+  std::string cause;
+};
+/// Those that one camera alone poses. None where they are more than a third of the views.
+std::vector<ForeignView> views_of_another_capture(const Correspondences& data, const UsedMask& everything,
+                                                  const Solution& solution);
+
+/// Do the corners that a view's camera saw fit its lens in `others`, the solution without that view, as well as those of other
+/// views do? `all`: the solution with it, from which the board's pose begins.
+bool agrees_with_camera(const Correspondences& data, const UsedMask& everything, const Solution& all,
+                        const Correspondences& other_data, const Solution& others, std::size_t view);
 
 /// Views of one device that were all rejected because its pose differs from that in the others, at one
 /// place in all of them: the device moved against the rig. Empty when that is not what happened.

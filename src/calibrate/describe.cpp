@@ -109,8 +109,11 @@ class ResidualList {
 
 void tell_image_changes(CalibrationResult& result) {
   for (std::size_t d = 0; d < result.image_changes.size(); ++d) {
+    // Less than a part of what the points err by anyway is worth no warning.
+    constexpr double kPart = 0.25, kMinPx = 0.03;
     const ImageChange& change = result.image_changes[d];
-    if (!changes_visibly(change, result.devices[d].size)) continue;
+    if (displacement_px(change, result.devices[d].size) < std::max(kMinPx, kPart * result.rms_px[d]))
+      continue;
     std::string by;
     if (change.focus_rms > 0) by = "its focal length by " + percent(change.focus_rms, 2);
     if (change.shift_rms_px > 0)

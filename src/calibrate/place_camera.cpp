@@ -6,6 +6,7 @@
 #include "initial.hpp"
 #include "joined.hpp"
 #include "procam/core/base/stats.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 #include "procam/core/geometry/planar_pose.hpp"
 
@@ -73,9 +74,37 @@ double misfit(const Homography& pixel_from_board, const Points2& points, const P
 /// Above it the points are not in the board's order.
 constexpr double kMaxMisfit = 0.3;
 
+/// Why no focal length follows from the views' homographies: boards parallel to the image, unless the images are smaller than
+/// stated, or many points are wrong.
+[[noreturn]] void fail_without_focal_length(const Correspondences& data, std::size_t camera,
+                                            const std::vector<double>& misfits) {
+  const Device& device = data.devices[camera];
+  Vec2 last = Vec2::Zero();
+  for (const View& view : data.views)
+    for (const Observation& o : view.observations[camera]) last = last.cwiseMax(o.pixel);
+  constexpr double kPart = 0.6, kManyWrong = 0.04;
+  if (last.x() < kPart * device.size.width && last.y() < kPart * device.size.height)
+    throw Error(
+        ErrorKind::kDegenerate, device.name,
+        format(
+            "all of its points lie in the first %.0f x %.0f of %d x %d pixels, and no focal length explains them",
+            last.x() + 1, last.y() + 1, device.size.width, device.size.height),
+        "give the size of its images; if it is right, move the board to the image's other parts, tilted 20 to 40 degrees");
+  if (median(misfits) > kManyWrong)
+    throw Error(
+        ErrorKind::kDegenerate, device.name,
+        format("its points are %.0f %% of a board's extent off their board (RMS, median of the views)",
+               100 * median(misfits)),
+        "many of them are wrong: check how they were found, their order, and that u runs to the right and v downwards");
+  throw Error(ErrorKind::kDegenerate, device.name,
+              "the boards are all parallel to the image, which leaves the focal length open",
+              "capture views with the board tilted 20 to 40 degrees, about both axes");
+}
+
 Camera zhang_lens(const Correspondences& data, const Points3& board, std::size_t camera,
                   const Options& options, CameraAlone& alone) {
   std::vector<Mat3> homographies;
+  std::vector<double> misfits;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     if (!alone.camera_from_board[v]) continue;
     Points2 points, pixels;
@@ -85,7 +114,8 @@ Camera zhang_lens(const Correspondences& data, const Points3& board, std::size_t
     }
     try {
       const Homography pixel_from_board = fit_homography(points, pixels).destination_from_source;
-      if (misfit(pixel_from_board, points, pixels) < kMaxMisfit) {
+      if (const double off = misfit(pixel_from_board, points, pixels); off < kMaxMisfit) {
+        misfits.push_back(off);
         homographies.push_back(pixel_from_board.matrix());
         continue;
       }
@@ -99,10 +129,7 @@ Camera zhang_lens(const Correspondences& data, const Points3& board, std::size_t
   require_views(alone, data, camera);
   const Device& device = data.devices[camera];
   const auto intrinsics = initial_camera_intrinsics(homographies, device.size);
-  if (!intrinsics)
-    throw Error(ErrorKind::kDegenerate, device.name,
-                "the boards are all parallel to the image, which leaves the focal length open",
-                "capture views with the board tilted 20 to 40 degrees, about both axes");
+  if (!intrinsics) fail_without_focal_length(data, camera, misfits);
   return Camera{device.size, *intrinsics, options.camera.model};
 }
 

@@ -147,7 +147,6 @@ MayVary may_vary(const ShapedSolution& shaped, bool sheet) {
 /// make it worse. Simulated and real cameras that did change came to 1.2 times at most, others to 12 times.
 constexpr double kWorseHeldOut = 1.5;
 bool is_confirmed(const ShapedSolution& fixed, const ShapedSolution& varying) {
-  if (!varying.solution.options.variation.of_image()) return true;
   const HeldOut errors = held_out(fixed, varying);
   return errors.simple && errors.general && *errors.general < kWorseHeldOut * *errors.simple;
 }
@@ -170,6 +169,7 @@ std::optional<ShapedSolution> varying_beside(const ShapedSolution& fixed, const 
     if (bent && is_better(*varying, *bent)) varying = std::move(*bent);
   }
   if (!is_confirmed(fixed, *varying)) {
+    if (!varying->solution.options.variation.of_image()) return std::nullopt;
     may.images = false;
     return varying_beside(fixed, simplest, may, flat, start, options);
   }

@@ -17,8 +17,8 @@
 namespace procam::calibrate {
 namespace {
 
-/// More than what detectors do alike to all points of a view.
-constexpr double kVisiblePx = 0.01;
+/// What detectors do alike to all points of a view is less, pixels.
+constexpr double kVisibleChangePx = 0.01;
 constexpr double kUsualField = 0.3;  ///< of an image's width: how far from its middle its points are
 
 /// The curvature of a sheet that rises over half the print's diagonal by this share of the diagonal.
@@ -124,13 +124,14 @@ std::optional<VariationEquations> equations_of(const Correspondences& data, cons
 }
 
 /// -2 ln of the restricted likelihood with the noise's size profiled out.
-struct Trial {
+struct VariationTrial {
   double cost = std::numeric_limits<double>::infinity();
   double noise = 1;
 };
 
 /// `sizes` in units of the noise; `smallest_flex` stands for none.
-Trial try_sizes(const VariationEquations& equations, const ViewVariation& sizes, double smallest_flex) {
+VariationTrial try_sizes(const VariationEquations& equations, const ViewVariation& sizes,
+                         double smallest_flex) {
   const Eigen::Index n = equations.common.rows() - 1, own = equations.own_size();
   MatX whitening = MatX::Zero(own, own);
   whitening.topLeftCorner<3, 3>() = flex_whitening(std::max(sizes.flex, smallest_flex));
@@ -226,7 +227,7 @@ class SizeSearch {
 
   struct Sized {
     ViewVariation sizes;
-    Trial trial;
+    VariationTrial trial;
   };
 
   Sized tried(const ViewVariation& sizes) const {
@@ -293,8 +294,8 @@ ViewVariation most_likely_variation(const Correspondences& data, const Solution&
   if (!equations || !(equations->rows > 0) || equations->own.empty()) return {};
   const double width = data.devices.front().size.width;
   const Component flex{&ViewVariation::flex, curvature_of(printed, 1e-6), curvature_of(printed, 0.1), 0};
-  const Component focus{&ViewVariation::focus, 1e-6, 0.05, kVisiblePx / (kUsualField * width)};
-  const Component shift{&ViewVariation::shift_px, 1e-3, 100, kVisiblePx};
+  const Component focus{&ViewVariation::focus, 1e-6, 0.05, kVisibleChangePx / (kUsualField * width)};
+  const Component shift{&ViewVariation::shift_px, 1e-3, 100, kVisibleChangePx};
   const std::vector<Component> sheet = may.sheet ? std::vector<Component>{flex} : std::vector<Component>{};
   const auto first = [&](const Component& one, const Component& last) {
     std::vector<Component> together = sheet;
@@ -356,8 +357,8 @@ std::vector<ImageChange> image_change_rms(const Correspondences& data, const Sol
   return all;
 }
 
-bool changes_visibly(const ImageChange& change, ImageSize image) {
-  return std::hypot(change.shift_rms_px, kUsualField * image.width * change.focus_rms) > kVisiblePx;
+double displacement_px(const ImageChange& change, ImageSize image) {
+  return std::hypot(change.shift_rms_px, kUsualField * image.width * change.focus_rms);
 }
 
 }  // namespace procam::calibrate

@@ -31,7 +31,7 @@ double flex_rms(const Correspondences& data, const Solution& solution);
 /// By device; zero where nothing changes.
 std::vector<ImageChange> image_change_rms(const Correspondences& data, const Solution& solution);
 
-/// Is it more than what detectors do alike to all points of a view?
-bool changes_visibly(const ImageChange& change, ImageSize image);
+/// How far the change moves pixels, RMS over the views at a usual distance from the image's middle.
+double displacement_px(const ImageChange& change, ImageSize image);
 
 }  // namespace procam::calibrate

@@ -53,6 +53,43 @@ struct Beyond {
   bool is_fill() const { return count > 1 && lowest == highest; }
 };
 
+/// Whole codes that begin with the frame's first and end at its k-th part along both axes are numbers of stripes, k pixels
+/// wide each. 1 for all others.
+class StripeNumbers {
+ public:
+  void add(const float* p) {
+    for (int a = 0; a < 2; ++a) {
+      is_whole_ = is_whole_ && p[a] == std::floor(p[a]);
+      lowest_[a] = count_ == 0 ? p[a] : std::min(lowest_[a], p[a]);
+      highest_[a] = count_ == 0 ? p[a] : std::max(highest_[a], p[a]);
+    }
+    ++count_;
+  }
+  int width(ImageSize size) const {
+    constexpr long kFewPixels = 1000;
+    constexpr int kWidest = 32;
+    constexpr double kPart = 0.01;
+    const double sides[2] = {double(size.width), double(size.height)};
+    for (int k = 2; is_whole_ && count_ > kFewPixels && k <= kWidest; ++k) {
+      bool fits = true;
+      for (int a = 0; a < 2; ++a) {
+        const double stripes = std::ceil(sides[a] / k), near = std::max(1.0, kPart * stripes);
+        fits = fits && lowest_[a] <= near && std::abs(highest_[a] + 1 - stripes) <= near && stripes > 8;
+      }
+      if (fits) return k;
+    }
+    return 1;
+  }
+  std::string ends() const {
+    return std::to_string(std::lround(highest_[0])) + ", " + std::to_string(std::lround(highest_[1]));
+  }
+
+ private:
+  bool is_whole_ = true;
+  long count_ = 0;
+  float lowest_[2] = {0, 0}, highest_[2] = {0, 0};
+};
+
 /// Sets what is undecoded or outside the frame to NaN in both channels.
 void keep_inside(ImageF& pixels, ImageSize projector_size, Diagnostics& diagnostics) {
   const float ends[2] = {float(projector_size.width) - 0.5f, float(projector_size.height) - 0.5f};
@@ -63,13 +100,16 @@ void keep_inside(ImageF& pixels, ImageSize projector_size, Diagnostics& diagnost
   };
   Beyond all_beyond[2];
   float highest = 0;
+  StripeNumbers numbers;
   for (int y = 0; y < pixels.height(); ++y)
     for (int x = 0; x < pixels.width(); ++x)
-      if (const float* p = &pixels.at(x, y); !is_undecoded(p))
+      if (const float* p = &pixels.at(x, y); !is_undecoded(p)) {
+        if (p[0] < ends[0] && p[1] < ends[1]) numbers.add(p);
         for (int a = 0; a < 2; ++a) {
           highest = std::max(highest, p[a]);
           if (p[a] >= ends[a]) all_beyond[a].add(p[a]);
         }
+      }
   long decoded = 0, beyond[2] = {0, 0};
   for (int y = 0; y < pixels.height(); ++y)
     for (int x = 0; x < pixels.width(); ++x) {
@@ -95,6 +135,13 @@ void keep_inside(ImageF& pixels, ImageSize projector_size, Diagnostics& diagnost
     throw Error(ErrorKind::kInput, "decoded map",
                 "all of its values are between 0 and 1: shares of the frame, not projector pixels",
                 "give pixels: share times width (height) minus 0.5, if 0 and 1 are the frame's borders");
+  if (const int width = numbers.width(projector_size); width > 1)
+    throw Error(ErrorKind::kInput, "decoded map",
+                "its whole codes end at " + numbers.ends() + " where the frame is " + counts(projector_size) +
+                    ": they number stripes of " + std::to_string(width) + " pixels, or the frame is smaller",
+                "give the stripe's middle, code * " + std::to_string(width) + " + " +
+                    (width % 2 == 1 ? std::to_string(width / 2) : std::to_string(width / 2 - 1) + ".5") +
+                    ", or check --projector-size");
   const char *names[2] = {"columns", "rows"}, *sides[2] = {"width", "height"};
   for (int a = 0; a < 2; ++a) {
     const double share = double(beyond[a]) / double(decoded);

@@ -122,6 +122,9 @@ class Sequence {
     double share = 0;       ///< of the board's pixels, at full scale in white
     double lamp = 0;        ///< of the board's pixels, those of them that are bright in black too
     double white_grey = 0;  ///< of light paper that is not at full scale
+
+    /// More than a lamp's reflection covers.
+    bool is_everywhere() const { return share > 0.3; }
   };
   Clipping clipping() const;
   /// Every capture has pixels at zero and at full scale, and most of the latter are not at full scale in all captures: no

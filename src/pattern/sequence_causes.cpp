@@ -333,6 +333,9 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
     return;
   }
   check.has_lit_board = sequence.has_board();
+  // At full scale frames are alike whatever they show: nothing else can be told.
+  const Sequence::Clipping clipping = sequence.clipping();
+  if (clipping.is_everywhere()) return warn_overexposed(clipping, found);
   check.gamma = sequence.estimate_gamma();
   Gains gains;
   for (int pair = 0; pair < sequence.pairs(); ++pair) gains.push_back(sequence.gain(pair));
@@ -356,7 +359,6 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
   // Between captures that shake, the finest stripes move by their own width: that is no other frame.
   if (!shakes) check_frames(sequence, gains, name, check);
   if (!found.items.empty()) return;
-  const Sequence::Clipping clipping = sequence.clipping();
   if (clipping.share > kClipped && clipping.lamp < 0.25 * clipping.share) {
     warn_overexposed(clipping, found);
     return;

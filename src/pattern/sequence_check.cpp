@@ -31,7 +31,7 @@ SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode
     check.diagnostics.warn(code, message);
     check.decoding_is_wrong = true;
   };
-  const EndFault fault = end_fault(sequence);
+  const EndFault fault = sequence.clipping().is_everywhere() ? EndFault::kNone : end_fault(sequence);
   const int black = int(captures.size()) - 1;
   if (fault == EndFault::kNoWhite)
     warn_wrong("frame_missing",
@@ -122,14 +122,22 @@ SequenceCheck check_flat_and_board(const ViewU8& flat_lit, const ViewU8& board_l
   SequenceCheck check;
   constexpr int kChange = 12;  // grey levels, well above a camera's noise
   constexpr double kMinShare = 1e-3;
-  // At full scale everything is alike.
-  const bool is_clipped = sequence.clipping().share > 0.5;
+  // At full scale everything is alike; half of a printed chessboard is paper.
+  constexpr double kMuchClipped = 0.1, kDarkPaper = 40;
+  const bool is_clipped = sequence.clipping().share > kMuchClipped;
   if (!is_clipped && sequence.differing(0, 1, kChange) < kMinShare) {
-    check.diagnostics.warn(
-        "stale_frame",
-        "Both captures show the same light: the camera was faster than the projector, or the "
-        "projector shows none of the pattern; capture this view again, waiting longer after "
-        "each frame");
+    const double paper = sequence.contrast();
+    if (sequence.has_board() && paper < kDarkPaper)
+      check.diagnostics.warn("low_contrast",
+                             "The board's paper has only " + std::to_string(std::lround(paper)) +
+                                 " grey levels under flat light, too few to see the projected board; "
+                                 "raise the exposure");
+    else
+      check.diagnostics.warn(
+          "stale_frame",
+          "Both captures show the same light: the camera was faster than the projector, or the "
+          "projector shows none of the pattern; capture this view again, waiting longer after "
+          "each frame");
     check.decoding_is_wrong = true;
     return check;
   }

@@ -150,6 +150,21 @@ void add_truth_lines(const Rig& rig, const ReportInput& input, Lines& lines) {
                          input.within_truth.parameters));
 }
 
+/// A tape measure shows whether the unit of a file's translation is right; no check does.
+void add_distances(const Rig& rig, Lines& lines) {
+  constexpr double kNear = 5e-3;
+  if (rig.cameras.empty()) return;
+  const RigCamera& camera = rig.cameras.front();
+  for (const RigProjector& projector : rig.projectors) {
+    const double distance =
+        (projector.rig_from_projector.translation - camera.rig_from_camera.translation).norm();
+    lines.push_back(format("distance   %s is %s mm from %s: ", projector.name.c_str(),
+                           significant(1e3 * distance, 3).c_str(), camera.name.c_str()) +
+                    (distance < kNear ? "is the file's translation in another unit (--unit)?"
+                                      : "compare it with a tape measure"));
+  }
+}
+
 void add_gates(const std::vector<Gate>& gates, Lines& lines) {
   int failed = 0;
   for (const Gate& gate : gates) {
@@ -279,6 +294,7 @@ Lines lines(const calibrate::UpdateResult& result, const ReportInput& input) {
 Lines lines(const Rig& rig, const RigQuality& quality) {
   Lines lines;
   add_lenses(rig, lines);
+  add_distances(rig, lines);
   add_gates(quality.gates, lines);
   return lines;
 }

@@ -2,7 +2,10 @@
 #include "board_patterns.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
+#include "procam/core/base/stats.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/detect/projected_board.hpp"
@@ -18,6 +21,47 @@ namespace {
 std::string layout_text(const Board& layout) {
   const std::string text = io::format_board(layout, io::BoardUnit::kPixel);
   return text.substr(text.find(':') + 1);
+}
+
+/// Half the distance from a point of the projected board to the next one, camera pixels (median); 0 without two points.
+double half_pitch(const std::vector<LightPoint>& points) {
+  std::vector<double> nearest;
+  for (const LightPoint& point : points) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const LightPoint& other : points)
+      if (&other != &point) least = std::min(least, (other.camera_pixel - point.camera_pixel).norm());
+    if (std::isfinite(least)) nearest.push_back(0.5 * least);
+  }
+  return nearest.empty() ? 0 : median(std::move(nearest));
+}
+
+/// Standard deviation of the greys around a pixel over their mean; nullopt at the image's rim.
+std::optional<double> contrast_around(const ViewU8& image, const Vec2& pixel, double radius) {
+  constexpr int kSamples = 7;  // each way
+  double sum = 0, squares = 0, count = 0;
+  for (int j = -kSamples; j <= kSamples; ++j)
+    for (int i = -kSamples; i <= kSamples; ++i) {
+      const int x = int(std::lround(pixel.x() + radius * i / kSamples)),
+                y = int(std::lround(pixel.y() + radius * j / kSamples));
+      if (x < 0 || y < 0 || x >= image.width || y >= image.height) return std::nullopt;
+      const double grey = image.at(x, y);
+      sum += grey, squares += grey * grey, ++count;
+    }
+  const double mean = sum / count;
+  return std::sqrt(std::max(0.0, squares / count - mean * mean)) / std::max(mean, 1.0);
+}
+
+/// Do the found points have their contrast in the capture of flat light? In order they have it in the board's.
+bool is_board_in_flat_light(const ProjectedBoardPoints& light, const ViewU8& board_lit) {
+  constexpr double kClearly = 2;
+  const double radius = std::clamp(half_pitch(light.points), 3.0, 40.0);
+  std::vector<double> ratios;
+  for (const LightPoint& point : light.points) {
+    const auto flat = contrast_around(light.flat_lit, point.camera_pixel, radius),
+               board = contrast_around(board_lit, point.camera_pixel, radius);
+    if (flat && board) ratios.push_back(*flat / std::max(*board, 1e-3));
+  }
+  return !ratios.empty() && median(std::move(ratios)) > kClearly;
 }
 
 /// A projected board beside the print.
@@ -52,10 +96,10 @@ class BoardOfLight : public SessionPattern {
     session::BoardView view{view_name, {detect::detect_board(light.flat_lit, board), {}}, light.points};
     view.detections[kProjectorDevice].image_size = shown_.projector_size;
     view.detections[kProjectorDevice].diagnostics = light.diagnostics;
-    if (shown_.colour) return view;
     Detections& in_camera = view.detections[kCameraDevice];
-    const pattern::SequenceCheck sequence =
-        pattern::check_flat_and_board(captures[0], captures[1], pixels_of(in_camera));
+    pattern::SequenceCheck sequence = check_exchange(captures, light);
+    if (!sequence.decoding_is_wrong && !shown_.colour)
+      sequence = pattern::check_flat_and_board(captures[0], captures[1], pixels_of(in_camera));
     add_remarks(sequence, in_camera);
     if (sequence.decoding_is_wrong) {
       view.light_points.clear();
@@ -99,6 +143,25 @@ class BoardOfLight : public SessionPattern {
           "the second picture is brighter than the first, which shows flat light: they are swapped, or "
           "the room's light has changed",
           "keep the order of make-patterns' pictures (flat first), and the room's light as it is");
+  }
+  /// Exchanged, the squares of light are dark ones: they are found all the same, and numbered from the other end.
+  pattern::SequenceCheck check_exchange(const std::vector<ViewU8>& captures,
+                                        const ProjectedBoardPoints& light) const {
+    pattern::SequenceCheck check;
+    const ImageU8 board_lit = shown_.colour ? channel_of(captures[0], 2) : channel_of(captures[1], 0);
+    if (!is_board_in_flat_light(light, board_lit)) return check;
+    check.decoding_is_wrong = true;
+    if (shown_.colour)
+      check.diagnostics.warn(
+          "frames_exchanged",
+          "The red channel shows the projected board and the blue one flat light: red and blue are "
+          "exchanged; save the images as RGB, and show the frame of make-patterns unchanged");
+    else
+      check.diagnostics.warn(
+          "frames_exchanged",
+          "The first capture shows the projected board and the second one flat light: they are "
+          "exchanged; name them in the order of make-patterns, flat light first");
+    return check;
   }
   ProjectedBoardPoints light_of(const std::vector<ViewU8>& captures) const {
     ProjectedBoardPoints light;

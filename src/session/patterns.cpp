@@ -8,6 +8,7 @@
 #include <regex>
 
 #include "board_patterns.hpp"
+#include "frame_order.hpp"
 #include "pattern_table.hpp"
 #include "procam/core/base/detail/edit_distance.hpp"
 #include "procam/core/base/stats.hpp"
@@ -57,8 +58,20 @@ void forgive_codes_of_flicker(const pattern::SequenceCheck& sequence, DecodedMap
               items.end());
 }
 
+/// Frames in the order of another program make codes beyond the frame.
+void require_usual_order(const std::vector<ViewU8>& captures, const pattern::GrayCode& gray_code) {
+  const std::optional<std::string> order = other_frame_order(captures, gray_code);
+  if (!order) return;
+  throw Error(
+      ErrorKind::kInput, "Gray-code captures", "their frames are in another order: " + *order,
+      "number the files in the order of make-patterns: columns from the coarsest stripes, each frame before its "
+      "inverse, rows likewise, white, black; or describe the order in a pattern.json (docs/patterns.md)");
+}
+
 /// The reader of a map must have the projector's true size, or every coordinate is wrong by a scale.
-void require_size_fits(const DecodedMap& decoded) {
+void require_size_fits(const DecodedMap& decoded, const std::vector<ViewU8>& captures,
+                       const pattern::GrayCode& gray_code) {
+  if (decoded.diagnostics.find("projector_size") != nullptr) require_usual_order(captures, gray_code);
   if (const Diagnostic* wrong_size = decoded.diagnostics.find("projector_size"))
     throw Error(ErrorKind::kInput, "projector size " + io::format_size(decoded.projector_size),
                 wrong_size->message, "give the size of the picture that was shown");
@@ -119,6 +132,7 @@ DecodedMap decode(const std::vector<ViewU8>& captures, const pattern::GrayCode& 
     return pattern::decode(captures, gray_code, options);
   } catch (const Error& error) {
     if (!how.has_inverses || int(captures.size()) != pattern::frame_count(gray_code)) throw;
+    require_usual_order(captures, gray_code);
     const pattern::SequenceCheck sequence = pattern::check_sequence(captures, gray_code, {});
     if (sequence.diagnostics.items.empty()) throw;
     throw Error(error.kind(), "Gray-code captures", sequence.diagnostics.items.front().message,
@@ -152,7 +166,7 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
   if (how.has_inverses) sequence = pattern::check_sequence(captures, gray_code, pixels_of(in_camera));
   forgive_codes_of_flicker(sequence, decoded);
   // Codes of a view whose frames do not belong together say nothing about the projector.
-  if (!sequence.decoding_is_wrong) require_size_fits(decoded);
+  if (!sequence.decoding_is_wrong) require_size_fits(decoded, captures, gray_code);
   if (!in_camera.observations.empty() && !sequence.decoding_is_wrong) {
     const BoardArtwork artwork = detect::board_artwork(board);
     const ImageU8 area = pattern::readable_area(in_camera, board, artwork);
@@ -191,7 +205,7 @@ PatternLight gray_light(const std::vector<ViewU8>& captures, const pattern::Gray
     options.min_step_sigmas *= std::sqrt(3.0);
   }
   DecodedMap decoded = decode(captures, gray_code, options.decode, how);
-  require_size_fits(decoded);
+  require_size_fits(decoded, captures, gray_code);
   PatternLight read;
   read.light = pattern::light_map(decoded, pattern::stripe_edges(captures, decoded, gray_code, options));
   read.light.projector_size = how.projector_size;

@@ -98,6 +98,13 @@ void read_decoded(const SessionPlan& plan, const std::string& view_name, const i
   reading.in_camera.diagnostics.append(view.diagnostics);
 }
 
+/// A session's remarks name view and camera, so that those of many views are alike.
+void remove_folder(const fs::path& folder, Diagnostics& remarks) {
+  const std::string before = folder.string() + ": ";
+  for (Diagnostic& remark : remarks.items)
+    if (remark.message.compare(0, before.size(), before) == 0) remark.message.erase(0, before.size());
+}
+
 Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack, ReadView& read) {
   const auto by_name = [&](const PlannedProjector& p) {
     return stack.projector.empty() || p.name == stack.projector;
@@ -113,6 +120,7 @@ Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::S
   }
   io::CaptureFolder captures = io::load_capture_folder(stack.folder, projector->pattern->frame_count(),
                                                        projector->pattern->channels(), size);
+  remove_folder(stack.folder, captures.diagnostics);
   reading.in_camera.diagnostics = captures.diagnostics;
   if (captures.frames.empty()) {  // of another size, and named in the diagnostics
     reading.in_camera.image_size = size.value();

@@ -48,6 +48,16 @@ TEST(CalibrationFile, ReadsOpencvsCalibrationSample) {
   EXPECT_STREQ(name_of(fisheye.camera().camera.distortion), "fisheye");
 }
 
+TEST(CalibrationFile, ReadsAFileThatAnEditorHasMarked) {
+  const Scratch scratch;
+  for (const char* name : {"opencv_camera.yml", "opencv_tutorial.xml", "plain.json"}) {
+    const auto file = scratch.write(name, "\xef\xbb\xbf" + read_file(golden(name)));
+    EXPECT_EQ(load_calibration(file).camera().camera.intrinsics.fx,
+              load_calibration(golden(name)).camera().camera.intrinsics.fx)
+        << name;
+  }
+}
+
 TEST(CalibrationFile, ReadsMrcalsCameramodel) {
   const Rig rig = load_calibration(golden("mrcal.cameramodel"));
   expect_golden_camera(rig.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0.015625, 0, 0.25, 0.03125});

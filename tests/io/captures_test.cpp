@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <opencv2/imgcodecs.hpp>
+
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/session/pattern_file.hpp"
@@ -63,6 +65,19 @@ TEST(CaptureFolder, MeasuresTheGreenChannelOfColour) {
   std::filesystem::create_directories(scratch / "view");
   save_image(scratch / "view/frame_0.png", colour);
   EXPECT_EQ(load_capture_folder(scratch / "view", 1).frames.front().at(2, 3), 22);
+}
+
+/// A camera of 12 bits, whose driver writes them into the lower part of 16.
+TEST(CaptureFolder, WarnsOfBitsThatAreNotUsed) {
+  const Scratch scratch;
+  const auto remark_of = [&](int factor) {
+    cv::Mat frame(7, 5, CV_16UC1, cv::Scalar(90 * factor));
+    frame.at<std::uint16_t>(3, 2) = std::uint16_t(255 * factor);
+    cv::imwrite((scratch / "frame_0.png").string(), frame);
+    return load_capture_folder(scratch.path(), 1).diagnostics;
+  };
+  EXPECT_NE(remark_of(16).find("bits_unused"), nullptr);
+  EXPECT_EQ(remark_of(257).find("bits_unused"), nullptr);
 }
 
 TEST(CaptureFolder, RefusesAnEmptyOrAbsentFolder) {

@@ -239,6 +239,46 @@ TEST(Observations, NameFileLineAndColumnOfAMistake) {
                "positive definite");
 }
 
+TEST(Observations, AreReadAsSpreadsheetsAndDataFramesWriteThem) {
+  const Correspondences expected = parse_observations(kText, "o.csv");
+  const auto same = [&](const std::string& text) {
+    const Correspondences data = parse_observations(text, "o.csv");
+    EXPECT_EQ(format_observations(data), format_observations(expected)) << text;
+  };
+  same("\xef\xbb\xbf" + kText);  // Excel: a byte order mark
+  const std::string statements =
+      "# board: chessboard:4x3:20mm\n# camera: left 640x480\n# projector: beamer 1024x768\n";
+  same(statements +
+       "u;v;view;device;point;sigma\r\n"  // decimal commas
+       "100,25;50,5;second;left;7;0,05\r\n900,5;700;second;beamer;7;0,2\r\n-0,5;479,5;first;left;11;0,1\r\n"
+       "12;13;first;beamer;-4;1\r\n14;15;first;left;-4;0,5\r\n");
+  same(statements +
+       "\"\",\"U\",\"V\",\"View\",\"Device\",\"Point\",\"Sigma\"\n"  // R: row numbers, quotes
+       "\"1\",100.25,50.5,\"second\",\"left\",7,0.05\n\"2\",900.5,700,\"second\",\"beamer\",7,0.2\n"
+       "\"3\",-0.5,479.5,\"first\",\"left\",11,0.1\n\"4\",12,13,\"first\",\"beamer\",-4,1\n"
+       "\"5\",14,15,\"first\",\"left\",-4,0.5\n");
+}
+
+TEST(Observations, NameTheCauseOfTablesOfOtherPrograms) {
+  const std::string statements =
+      "# board: chessboard:4x3:20mm\n# camera: left 640x480\n# projector: beamer 1024x768\n";
+  const auto parse = [](const std::string& text) { return parse_observations(text, "o.csv"); };
+  EXPECT_ERROR(parse(statements + "a,left,7,100,50\n"), kInput, "begins with the names of its columns");
+  EXPECT_ERROR(parse(statements + "view,device,point,u,v\na,left,7,NaN,50\n"), kInput,
+               "leave out the rows of points that were not found");
+  EXPECT_ERROR(parse(std::string("\xff\xfev\0i\0e\0w\0,\0", 12)), kInput, "it is not UTF-8 text");
+  std::string shares = statements + "view,device,point,u,v\n",
+              millimetres = statements.substr(29) + "view,device,x,y,z,u,v\n";
+  for (int i = 0; i < 12; ++i) {
+    shares += "a,left," + std::to_string(i) + "," + std::to_string(100 + i) + ",50\na,beamer," +
+              std::to_string(i) + ",0." + std::to_string(10 + i) + ",0.5\n";
+    millimetres +=
+        "a,left," + std::to_string(20 * (i % 4)) + "," + std::to_string(20 * (i / 4)) + ",0,100,50\n";
+  }
+  EXPECT_ERROR(parse(shares), kInput, "the pixels of beamer are shares of its image");
+  EXPECT_ERROR(parse(millimetres), kInput, "squares of 20 m");
+}
+
 TEST(Observations, SurviveDamage) {
   const std::string written = format_observations(lopsided());
   std::mt19937 random(6);

@@ -27,6 +27,18 @@ TEST(PointPairs, AreReadWithEverySeparator) {
   EXPECT_EQ(pairs[2].pixel, Vec2(-4.5, 1080));
 }
 
+TEST(PointPairs, AreReadAsSpreadsheetsWriteThem) {
+  const std::vector<PointPair> pairs = parse_point_pairs(
+      "\xef\xbb\xbf"
+      "x;y;z;u;v;name\r\n0,5;-0,125;1,204;312,5;88,0;\"shelf; left\"\r\n1,2;3;4;5;6;12\" tube\r\n",
+      "lab.csv");
+  ASSERT_EQ(pairs.size(), 2u);
+  EXPECT_EQ(pairs[0].point_in_world, Vec3(0.5, -0.125, 1.204));
+  EXPECT_EQ(pairs[0].pixel, Vec2(312.5, 88));
+  EXPECT_EQ(pairs[0].name, "shelf; left");
+  EXPECT_EQ(pairs[1].name, "12\" tube");
+}
+
 TEST(PointPairs, NameFileLineAndColumnOfAMistake) {
   const auto error_of = [](const std::string& text) {
     try {

@@ -88,6 +88,23 @@ TEST(LightMapOfPixels, KeepsTheFirstPixelOfTheFrame) {
   EXPECT_EQ(map.diagnostics.find("zeros_undecoded"), nullptr);
 }
 
+/// Stripes of two pixels, given by their numbers, put the light at half of its coordinates: 0.8 m of error on a wall, and
+/// every check passed.
+TEST(LightMapOfPixels, RefusesNumbersOfStripes) {
+  const auto map_of = [](float width) {
+    Scene scene;
+    for (int y = 0; y < 210; ++y)
+      for (int x = 30; x < 330; ++x) {
+        scene.pixels.at(x, y, 0) = std::floor(639.f * float(x - 30) / 299 / width);
+        scene.pixels.at(x, y, 1) = std::floor(479.f * float(y) / 209 / width);
+      }
+    return scene;
+  };
+  const Scene numbers = map_of(2), pixels = map_of(1);
+  EXPECT_ERROR(light_map(numbers.pixels, numbers.white, kProjector), kInput, "stripes of 2 pixels");
+  EXPECT_EQ(light_map(pixels.pixels, pixels.white, kProjector).diagnostics.find("projector_size"), nullptr);
+}
+
 TEST(LightMapOfPixels, RemarksOnMirroredAndMisfittingMaps) {
   Scene exchanged;
   exchanged.change([](float* p) { std::swap(p[0], p[1]); });

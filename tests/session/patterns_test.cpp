@@ -240,6 +240,91 @@ TEST(ChessboardPattern, NamesWhatHappenedBetweenItsTwoCaptures) {
   }
 }
 
+/// Captures of one view at level paper, clean but for what `spoil` does to them.
+BoardView read_spoiled(const SessionPattern& pattern,
+                       const std::function<void(std::vector<ImageU8>&)>& spoil) {
+  simulate::Conditions conditions = simulate::level_conditions(simulate::Level::kPaper);
+  conditions.moved_views = conditions.stale_views = conditions.dark_views = conditions.overexposed_views = 0;
+  simulate::SimulatedSession session =
+      simulate::make_session(simulate::Level::kPaper, 3, pattern.on_blank_paper(), {}, conditions);
+  session.capture.samples_per_axis = 1;
+  std::vector<ImageU8> captures = simulate::capture_view(session, 0, pattern.frames());
+  spoil(captures);
+  return pattern.read("view_00", {captures.begin(), captures.end()}, session.board().layout);
+}
+
+void scale(double factor, std::vector<ImageU8>& captures) {
+  for (ImageU8& image : captures)
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x)
+        image.at(x, y) = std::uint8_t(std::clamp(factor * image.at(x, y) + 0.5, 0.0, 255.0));
+}
+
+/// In all views it was 0.8 m of error with every check passed: the squares of light are dark ones, numbered from the other
+/// end.
+TEST(ChessboardPattern, NamesCapturesInTheOtherOrder) {
+  for (const char* kind : {"chessboard", "charuco", "markers", "circles"}) {
+    SCOPED_TRACE(kind);
+    const auto pattern = make_pattern(kind, simulate::projector_size(simulate::Level::kPaper));
+    const BoardView sound = read_spoiled(*pattern, [](std::vector<ImageU8>&) {});
+    EXPECT_EQ(sound.detections[0].diagnostics.find("frames_exchanged"), nullptr);
+    EXPECT_FALSE(sound.light_points.empty());
+    const BoardView exchanged =
+        read_spoiled(*pattern, [](std::vector<ImageU8>& captures) { std::swap(captures[0], captures[1]); });
+    EXPECT_TRUE(exchanged.light_points.empty());
+  }
+  const auto pattern = make_pattern("chessboard", simulate::projector_size(simulate::Level::kPaper));
+  const BoardView exchanged =
+      read_spoiled(*pattern, [](std::vector<ImageU8>& captures) { std::swap(captures[0], captures[1]); });
+  EXPECT_NE(exchanged.detections[0].diagnostics.find("frames_exchanged"), nullptr);
+  EXPECT_FALSE(exchanged.detections[0].observations.empty());
+}
+
+/// Four of ten views were called stale ("white still shows ..."), with the advice to raise the exposure.
+TEST(GrayPattern, NamesAnExposureThatIsTooLong) {
+  const auto pattern = make_pattern("gray", simulate::projector_size(simulate::Level::kPaper));
+  const BoardView view = read_spoiled(*pattern, [](std::vector<ImageU8>& captures) { scale(3, captures); });
+  const Diagnostics& remarks = view.detections[0].diagnostics;
+  EXPECT_NE(remarks.find("overexposed"), nullptr);
+  for (const char* wrong : {"stale_frame", "low_contrast", "highlight", "lag", "torn_frame"})
+    EXPECT_EQ(remarks.find(wrong), nullptr) << wrong;
+}
+
+/// "Is the projector larger?" was the answer, and of black before white "the camera's exposure follows the light".
+TEST(GrayPattern, NamesAnotherOrderOfTheFrames) {
+  const auto pattern = make_pattern("gray", simulate::projector_size(simulate::Level::kPaper));
+  const std::vector<std::pair<const char*, std::function<void(std::vector<ImageU8>&)>>> orders{
+      {"rows come before columns",
+       [](std::vector<ImageU8>& c) { std::rotate(c.begin(), c.begin() + 20, c.begin() + 40); }},
+      {"each inverse comes before its pattern",
+       [](std::vector<ImageU8>& c) {
+         for (std::size_t i = 0; i < 40; i += 2) std::swap(c[i], c[i + 1]);
+       }},
+      {"black comes before white", [](std::vector<ImageU8>& c) { std::swap(c[40], c[41]); }},
+      {"the finest stripes come first", [](std::vector<ImageU8>& c) {
+         for (const std::size_t axis : {0, 20})
+           for (std::size_t bit = 0; bit < 5; ++bit)
+             for (const std::size_t second : {0, 1})
+               std::swap(c[axis + 2 * bit + second], c[axis + 2 * (9 - bit) + second]);
+       }}};
+  for (const auto& [words, reorder] : orders) try {
+      read_spoiled(*pattern, reorder);
+      ADD_FAILURE() << words;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.why(), std::string("their frames are in another order: ") + words);
+    }
+}
+
+TEST(ChessboardPattern, TakesExposureForNoStaleFrame) {
+  const auto pattern = make_pattern("chessboard", simulate::projector_size(simulate::Level::kPaper));
+  const BoardView bright = read_spoiled(*pattern, [](std::vector<ImageU8>& captures) { scale(3, captures); });
+  EXPECT_NE(bright.detections[0].diagnostics.find("overexposed"), nullptr);
+  EXPECT_EQ(bright.detections[0].diagnostics.find("stale_frame"), nullptr);
+  const BoardView dark = read_spoiled(*pattern, [](std::vector<ImageU8>& captures) { scale(0.1, captures); });
+  EXPECT_NE(dark.detections[0].diagnostics.find("low_contrast"), nullptr);
+  EXPECT_EQ(dark.detections[0].diagnostics.find("stale_frame"), nullptr);
+}
+
 /// A stale frame in one view (capture 22 of this one, the coarsest row bit) makes codes beyond the projector's height. They
 /// say nothing about its size: the view is named and the session goes on.
 TEST(GrayPattern, TakesTheCodesOfAStaleFrameForNoOtherProjectorSize) {

@@ -72,7 +72,7 @@ PROCAM_EXPORT SequenceCheck check_sequence(const std::vector<ViewU8>& captures,
 
 /// The two captures of a projected board, under flat light and under the board
 /// (pattern/projected_board.hpp): the print is in the same light in both, so that it looks the same.
-/// "stale_frame", "overexposed", "board_moved", "camera_moved", "exposure_changes". Throws
+/// "stale_frame", "low_contrast", "overexposed", "board_moved", "camera_moved", "exposure_changes". Throws
 /// std::invalid_argument unless both have one channel and one size.
 PROCAM_EXPORT SequenceCheck check_flat_and_board(const ViewU8& flat_lit, const ViewU8& board_lit,
                                                  const Points2& on_board);

@@ -43,7 +43,8 @@ class Brackets {
 
 class YamlReader {
  public:
-  YamlReader(std::string_view bytes, const std::string& file) : file_(file) {
+  YamlReader(std::string_view text, const std::string& file) : file_(file) {
+    const std::string_view bytes = without_byte_order_mark(text);
     if (!is_plain_text(without_returns(bytes)))
       fail(1, "it is not valid UTF-8 text", "save the file as UTF-8 without control characters");
     split(without_returns(bytes));

@@ -208,8 +208,9 @@ std::string without_mark(std::string bytes) {
 }
 
 Node parse_any(const std::string& bytes, const std::string& file) {
-  const std::size_t first = bytes.find_first_not_of(" \t\r\n");
-  const char begin = first == std::string::npos ? '\0' : bytes[first];
+  const std::string_view text = without_byte_order_mark(bytes);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  const char begin = first == std::string_view::npos ? '\0' : text[first];
   if (begin == '{') return parse_json(bytes, file);
   if (begin == '<') return parse_xml(bytes, file);
   return parse_yaml(bytes, file);

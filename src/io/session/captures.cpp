@@ -121,6 +121,19 @@ void check_numbering(const fs::path& folder, const std::vector<fs::path>& files)
   }
 }
 
+/// Of pixels of 16 bits that are below 2^14 all, reduced to 8.
+constexpr int kGreyOf14Bits = 64;
+
+int largest_grey(const std::vector<ImageU8>& frames) {
+  int largest = 0;
+  for (const ImageU8& frame : frames)
+    for (int y = 0; y < frame.height(); ++y)
+      largest = std::max<int>(
+          largest,
+          *std::max_element(frame.row(y), frame.row(y) + std::ptrdiff_t(frame.width()) * frame.channels()));
+  return largest;
+}
+
 ImageU8 without_alpha(ImageU8 image) {
   if (image.channels() == 3) return image;
   ImageU8 rgb(image.size(), 3);
@@ -217,6 +230,12 @@ CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames, i
   }
   if (reduced)
     captures.diagnostics.note("reduced_to_8_bit", folder.string() + ": frames of 16 bits were reduced to 8");
+  if (reduced && largest_grey(captures.frames) < kGreyOf14Bits)
+    captures.diagnostics.warn(
+        "bits_unused",
+        folder.string() +
+            ": frames of 16 bits use less than 14 of them, as a camera of 10 or 12 bits writes "
+            "them: multiply by 64 or 16, so that full scale is 65535, or save 8 bits");
   if (colour)
     captures.diagnostics.note("reduced_to_gray",
                               folder.string() + ": of colour frames the green channel was measured");

@@ -69,6 +69,10 @@ Board board_of_grid(const Table& table) {
     for (std::size_t i = 0; i < lines->size(); ++i)
       if (std::abs((*lines)[i] - double(i) * step) > 0.01 * step)
         fail_table(table.name, "its positions are no square grid that begins at 0, 0", next);
+  constexpr double kLargestSquare = 2;
+  if (step > kLargestSquare)
+    fail_table(table.name, "its positions make squares of " + format_number(step) + " m",
+               "give positions in metres, not in millimetres, or --board for a board as large as that");
   return Chessboard{int(x.size()), int(y.size()), step};
 }
 
@@ -92,8 +96,9 @@ class PointFinder {
         for (const int i : cell->second)
           if ((points_[std::size_t(i)] - position).norm() < 0.01 * pitch_) return i;
       }
-    fail_table(where, "the board has no point at its x, y, z",
-               "give positions in metres, x along a row from the board's first point, z = 0");
+    fail_table(
+        where, "the board has no point at its x, y, z",
+        "give positions in metres (not millimetres), x along a row from the board's first point, z = 0");
   }
 
  private:
@@ -117,6 +122,24 @@ void check_pixel(const Row& row, const Device& device) {
              "its pixel " + format_number(row.pixel.x()) + ", " + format_number(row.pixel.y()) +
                  " is outside " + device.name + "'s " + format_size(device.size),
              "check the sizes, and that u runs to the right and v downwards");
+}
+
+/// Pixels as shares of the image (0 to 1) lie within the first pixel, all of them.
+void check_unit_of_pixels(const Table& table, const std::vector<Device>& devices) {
+  constexpr int kEnough = 6;
+  for (std::size_t d = 0; d < devices.size(); ++d) {
+    int rows = 0;
+    bool is_small = true;
+    for (const Row& row : table.rows) {
+      if (row.device != devices[d].name && row.device != std::to_string(d)) continue;
+      ++rows;
+      is_small = is_small && row.pixel.minCoeff() > -0.5 && row.pixel.maxCoeff() < 1.5;
+    }
+    if (rows >= kEnough && is_small)
+      fail_table(
+          table.name, "the pixels of " + devices[d].name + " are shares of its image (0 to 1)",
+          "multiply u by the width and v by the height, and subtract 0.5 from both: pixel 0, 0 is the centre of the top-left one");
+  }
 }
 
 Board board_of(const Table& table, const ObservationsContext& context) {
@@ -233,6 +256,7 @@ class RowsToCorrespondences {
 Correspondences correspondences_of(const Table& table, const ObservationsContext& context) {
   if (table.rows.empty()) fail_table(table.name, "it has no row");
   std::vector<Device> devices = devices_of(table, context);
+  check_unit_of_pixels(table, devices);
   RowsToCorrespondences out(std::move(devices), board_of(table, context));
   for (const Row& row : table.rows) out.add(row, table.by_position);
   return out.take();

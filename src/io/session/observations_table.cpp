@@ -41,15 +41,27 @@ const std::array<const char*, kColumns> kNames{"view",   "device", "point",  "x"
                                                "z",      "u",      "v",      "sigma",     "var_u",
                                                "cov_uv", "var_v",  "camera", "correlated"};
 
-/// Position of every column in the file; -1 for those that are absent.
+std::string in_lower_case(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = char(c + ('a' - 'A'));
+  return text;
+}
+
+/// Position of every column in the file; -1 for those that are absent. A column without a name (the row numbers of a
+/// data frame, a separator at the end of the line) is not used.
 std::array<int, kColumns> find_columns(const std::vector<std::string>& names, const std::string& where) {
   std::array<int, kColumns> at{};
   at.fill(-1);
+  if (std::count_if(names.begin(), names.end(),
+                    [](const auto& name) { return parse_number(name).has_value(); }) > 1)
+    fail_table(where, "it holds numbers, and a table begins with the names of its columns",
+               "begin with a line like  view, device, point, u, v, sigma");
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto known = std::find(kNames.begin(), kNames.end(), names[i]);
+    if (names[i].empty()) continue;
+    const auto known = std::find(kNames.begin(), kNames.end(), in_lower_case(names[i]));
     if (known == kNames.end())
       fail_table(where, "there is no column '" + names[i].substr(0, 40) + "'",
-                 suggest(names[i], {kNames.begin(), kNames.end()}));
+                 suggest(in_lower_case(names[i]), {kNames.begin(), kNames.end()}));
     int& place = at[std::size_t(known - kNames.begin())];
     if (place >= 0) fail_table(where, "the column '" + names[i] + "' stands there twice");
     place = int(i);
@@ -63,6 +75,12 @@ std::array<int, kColumns> find_columns(const std::vector<std::string>& names, co
   if ((covariances != 0 && covariances != 3) || (covariances > 0 && at[kSigma] >= 0))
     fail_table(where, "the uncertainty is the column 'sigma' or the columns var_u, cov_uv and var_v");
   return at;
+}
+
+/// What programs write for a value that they do not have.
+bool is_absent(const std::string& cell) {
+  const std::string text = in_lower_case(cell);
+  return text.empty() || text == "nan" || text == "-nan" || text == "na" || text == "null" || text == "none";
 }
 
 /// Numbers of one row by column, wherever they come from, with their checks.
@@ -131,7 +149,11 @@ void fail_table(const std::string& where, const std::string& why, const std::str
   throw Error(ErrorKind::kInput, where, why, next);
 }
 
-Table table_of_csv(const std::string& text, const std::string& name) {
+Table table_of_csv(const std::string& file, const std::string& name) {
+  const std::string text(without_byte_order_mark(file));
+  if (text.find('\0') != std::string::npos)
+    fail_table(name, "it is not UTF-8 text",
+               "save the table as CSV in UTF-8; a spreadsheet's own file and UTF-16 are not read");
   Table table{name, false, {}, {}};
   std::array<int, kColumns> at{};
   std::size_t columns = 0;
@@ -149,13 +171,16 @@ Table table_of_csv(const std::string& text, const std::string& name) {
     }
     const std::string values = trimmed(content.substr(0, hash));
     if (values.empty()) continue;
-    const std::vector<std::string> cells = cells_of(values);
+    std::vector<std::string> cells = cells_of(values);
     if (columns == 0) {
       columns = cells.size();
       at = find_columns(cells, where);
       table.by_position = at[kX] >= 0;
       continue;
     }
+    if (std::vector<std::string> decimal = cells_with_decimal_commas(values);
+        cells.size() != columns && decimal.size() == columns)
+      cells = std::move(decimal);
     if (cells.size() != columns)
       fail_table(where, "it has " + std::to_string(cells.size()) + " columns where the first line names " +
                             std::to_string(columns));
@@ -167,7 +192,8 @@ Table table_of_csv(const std::string& text, const std::string& name) {
       const auto value = parse_number(cell);
       if (!value)
         fail_table(where,
-                   std::string("column ") + kNames[column] + " is no number: '" + cell.substr(0, 40) + "'");
+                   std::string("column ") + kNames[column] + " is no number: '" + cell.substr(0, 40) + "'",
+                   is_absent(cell) ? "leave out the rows of points that were not found" : kNextTable);
       return *value;
     };
     Row row = read_row(at, where, number);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <utility>
 
 #include "document/number.hpp"
 #include "document/table.hpp"
@@ -18,12 +19,18 @@ constexpr std::array<const char*, 5> kPairColumns{"x", "y", "z", "u", "v"};
 
 std::vector<PointPair> parse_point_pairs(const std::string& text, const std::string& name) {
   std::vector<PointPair> pairs;
-  for (const auto& [number, cells] : table_lines(text)) {
+  for (auto [number, line, cells] : table_lines(text)) {
     if (pairs.empty() && names_columns(cells, kPairColumns)) continue;
     const std::string where = name + ", line " + std::to_string(number);
     const char* const expected =
         "write x, y, z in metres, then the pixel u, v, e.g. 1.35, 0.02, 2.417, 901, 140";
-    if (cells.size() < kPairColumns.size() || cells.size() > kPairColumns.size() + 1)
+    const auto fits = [](std::size_t count) {
+      return count == kPairColumns.size() || count == kPairColumns.size() + 1;
+    };
+    if (std::vector<std::string> decimal = cells_with_decimal_commas(line);
+        !fits(cells.size()) && fits(decimal.size()))
+      cells = std::move(decimal);
+    if (!fits(cells.size()))
       throw Error(ErrorKind::kInput, where, "it has " + std::to_string(cells.size()) + " columns", expected);
     std::array<double, 5> numbers{};
     for (std::size_t i = 0; i < numbers.size(); ++i) {

@@ -110,7 +110,8 @@ TEST(Npy, HasTheColumnsOfATable) {
   EXPECT_EQ(table.values[6], 9007199254740991.0);
   const std::string texts = npy_of_csv("view,note\na,\"say \"\"no\"\"\"\nlonger,\n");
   EXPECT_NE(texts.find("[('view', '<U6'), ('note', '<U8')]"), std::string::npos) << texts.substr(0, 120);
-  EXPECT_EQ(texts.substr(texts.size() - 4 * 14).substr(0, 8), std::string("\0\0\0\0\0\0\0\0", 8));
+  EXPECT_EQ(texts.substr(texts.size() - 4 * 14, 8), std::string("l\0\0\0o\0\0\0", 8));
+  EXPECT_EQ(texts.substr(texts.size() - 4 * 8), std::string(4 * 8, '\0'));
   EXPECT_NE(npy_of_csv("x\n").find("'shape': (0,)"), std::string::npos);
   EXPECT_ERROR(npy_of_csv(""), kInput, "no header line");
   EXPECT_ERROR(npy_of_csv("a,b\n1\n"), kInput, "row 1 has 1 cells");

@@ -313,8 +313,12 @@ std::vector<std::string> named_files(const CLI::App& app, NamedFiles which) {
 std::string nearest_option(const CLI::App& app, const std::string& typed) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options())
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  return internal::nearest_name(typed.substr(0, typed.find('=')), names);
+    for (const std::string& name : option->get_lnames()) names.push_back(name);
+  const std::size_t begin = typed.find_first_not_of('-');
+  if (begin == 0 || begin == std::string::npos) return "";
+  // Dashes, which all options have, would make short names alike.
+  const std::string nearest = internal::nearest_name(typed.substr(begin, typed.find('=') - begin), names);
+  return nearest.empty() ? "" : "--" + nearest;
 }
 
 }  // namespace procam::tools

@@ -22,7 +22,7 @@ inline int edit_distance(const std::string& a, const std::string& b) {
   return d[a.size()][b.size()];
 }
 
-/// The known name with the fewest edits from `name`, at most 1 + a quarter of its length; empty when there is none.
+/// The known name with the fewest edits from `name`, at most 1 + a third of its length; empty when there is none.
 inline std::string nearest_name(const std::string& name, const std::vector<std::string>& known) {
   std::string nearest;
   int fewest_edits = 0;
@@ -30,7 +30,7 @@ inline std::string nearest_name(const std::string& name, const std::vector<std::
   if (name.size() > 64) return nearest;
   for (const std::string& candidate : known) {
     const int edits = edit_distance(name, candidate);
-    if (edits <= 1 + int(candidate.size()) / 4 && (nearest.empty() || edits < fewest_edits)) {
+    if (edits <= 1 + int(candidate.size()) / 3 && (nearest.empty() || edits < fewest_edits)) {
       nearest = candidate;
       fewest_edits = edits;
     }

@@ -333,9 +333,9 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
     return;
   }
   check.has_lit_board = sequence.has_board();
-  // At full scale frames are alike whatever they show: nothing else can be told.
+  // At full scale frames are alike whatever they show: nothing else can be told. Stretched contrast is at full scale as well.
   const Sequence::Clipping clipping = sequence.clipping();
-  if (clipping.is_everywhere()) return warn_overexposed(clipping, found);
+  if (clipping.is_everywhere() && !sequence.spans_all_greys()) return warn_overexposed(clipping, found);
   check.gamma = sequence.estimate_gamma();
   Gains gains;
   for (int pair = 0; pair < sequence.pairs(); ++pair) gains.push_back(sequence.gain(pair));

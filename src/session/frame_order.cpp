@@ -18,7 +18,7 @@ struct FrameOrder {
     const auto add = [&](bool holds, const char* words) {
       if (holds) out += (out.empty() ? "" : ", ") + std::string(words);
     };
-    add(rows_first, "rows come before columns");
+    add(rows_first, kRowsFirst);
     add(fine_first, "the finest stripes come first");
     add(inverse_first, "each inverse comes before its pattern");
     add(black_first, "black comes before white");

@@ -8,6 +8,9 @@
 
 namespace procam::session {
 
+/// The order of the axes alone.
+inline constexpr const char* kRowsFirst = "rows come before columns";
+
 /// In which of the usual orders the captures decode to a continuous image of the projector, while they do not in the one of
 /// make-patterns, in words: "rows come before columns, and each inverse before its pattern". nullopt where the order is as
 /// expected or none of the others explains them. `captures` as pattern::decode() takes them.

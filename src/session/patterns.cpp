@@ -62,10 +62,15 @@ void forgive_codes_of_flicker(const pattern::SequenceCheck& sequence, DecodedMap
 void require_usual_order(const std::vector<ViewU8>& captures, const pattern::GrayCode& gray_code) {
   const std::optional<std::string> order = other_frame_order(captures, gray_code);
   if (!order) return;
-  throw Error(
-      ErrorKind::kInput, "Gray-code captures", "their frames are in another order: " + *order,
+  const std::string next =
       "number the files in the order of make-patterns: columns from the coarsest stripes, each frame before its "
-      "inverse, rows likewise, white, black; or describe the order in a pattern.json (docs/patterns.md)");
+      "inverse, rows likewise, white, black; or describe the order in a pattern.json (docs/patterns.md)";
+  // The codes are the same when width and height are exchanged.
+  if (*order == kRowsFirst)
+    throw Error(ErrorKind::kInput, "projector size " + io::format_size(gray_code.projector_size),
+                "width and height are exchanged, or " + *order,
+                "give the size of the picture that was shown; if it is right, " + next);
+  throw Error(ErrorKind::kInput, "Gray-code captures", "their frames are in another order: " + *order, next);
 }
 
 /// The reader of a map must have the projector's true size, or every coordinate is wrong by a scale.

@@ -311,7 +311,7 @@ TEST(GrayPattern, NamesAnotherOrderOfTheFrames) {
       read_spoiled(*pattern, reorder);
       ADD_FAILURE() << words;
     } catch (const Error& error) {
-      EXPECT_EQ(error.why(), std::string("their frames are in another order: ") + words);
+      EXPECT_NE(error.why().find(words), std::string::npos) << error.why();
     }
 }
 

@@ -104,8 +104,6 @@ constexpr Row kRows[] = {
      "predict-error --rig rig.json --surfaces surfaces.json --map-sigma 5mm --monte-carlo 100000"},
     {"procam-convert", "ROS camera_info",
      "procam convert rig.json --format ros --device camera -o camera_info.yaml"},
-    {"procam-convert", "OpenCV's stereo format",
-     "procam convert rig.json --format opencv-stereo -o stereo.yml"},
     {"procam-convert", "another program's calibration as a rig",
      "procam convert camchain.yaml --format procam -o rig.json"},
     {"procam-convert", "the rig on its robot, for the robot's description",

@@ -26,6 +26,7 @@ MADE = {
     "docs/calibration.md": ["session", "calibrated.json"],
     "docs/depth.md": ["surfaces.json", "solved.json"],
     "docs/locate.md": ["session", "pose.json"],
+    "docs/mount.md": ["mount.json"],
     "docs/room.md": ["scan", "surfaces.json"],
     "docs/scan.md": ["surfaces.json", "solved.json"],
     "docs/surfaces.md": ["solved.json"],
@@ -219,6 +220,7 @@ def prepare(folder, source, tools, session):
             '"translation": [0.1, 0.2, 0.3], "rotation_xyzw": [0, 0, 0, 1]}')
     for name in ["pose.json", "projector_from_world.json"]:
         (folder / name).write_text(pose)
+    (folder / "mount.json").write_text(pose.replace('"projector"', '"base"').replace('"world"', '"rig"'))
 
 
 def run(source, tools, session):

@@ -416,7 +416,7 @@ void follow_and_replay(const Surface& cart_in_file, const Pose& rig_from_cart, c
       const bool is_gone = i > 12 && listener.state > 0;
       gone += is_gone;
       if (gone > kEnough && listener.state == 2) break;
-      if (!is_gone) last = screen.last();
+      if (!is_gone && listener.state == 1) last = screen.last();
       simulate::MarkerViewOptions view;
       view.seed = std::uint64_t(i);
       const ImageU8 image =

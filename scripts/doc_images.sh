@@ -95,6 +95,11 @@ exchange() {
     warped.png "what the other program draws through it"
 }
 
+exposure() {
+  simulate-captures --seed 7 --level paper --views 1 --pattern chessboard -o exposure
+  "$images/../../scripts/doc_exposure.py" exposure/view_00/frame_01.png "$images/exposure.png"
+}
+
 drive() {
   simulate-captures --seed 7 --level paper --pattern chessboard -o drive
   calibrate-projector --captures drive -o drive.json
@@ -123,7 +128,7 @@ front() {
   (cd "$images/../.." && PYTHONPATH=$tools/../src/python/package scripts/doc_room.py "$images/undistorted.png")
 }
 
-for picture in front boards patterns calibration error locate verify photographs matching exchange drive demonstrations; do
+for picture in front boards patterns calibration error locate verify photographs matching exchange exposure drive demonstrations; do
   echo "$picture"
   "$picture" >/dev/null
 done

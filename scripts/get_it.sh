@@ -30,6 +30,7 @@ studio_command() {
 
 open_page() {
   local url="" seen studio tries
+  : >"$system"/studio.log
   as_visitor "cd ..; exec $(studio_command)" >"$system"/studio.log 2>&1 &
   studio=$!
   for ((tries = 0; tries < 100; ++tries)); do

@@ -218,10 +218,9 @@ std::string view_captures(const CalibrationResult& result, const Correspondences
   std::string figures;
   bool is_decoded = false;
   for (const Capture& capture : all) {
-    figures += capture_figure(result, data, capture);
     const std::string codes = decoded_figure(result, capture);
     is_decoded = is_decoded || !codes.empty();
-    figures += codes;
+    figures += element("div", "", capture_figure(result, data, capture) + codes) + "\n";
   }
   return element("div", "class=\"captures\"", "\n" + figures) + "\n" +
          element(

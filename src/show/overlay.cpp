@@ -22,7 +22,7 @@ void draw_line(const cv::Mat& picture, const Vec2& from, const Vec2& to) {
     return cv::Point(int(std::lround(p.x() * (1 << kFractionBits))),
                      int(std::lround(p.y() * (1 << kFractionBits))));
   };
-  const int thin = std::max(1, picture.rows / 400);
+  const int thin = std::max(1, picture.rows / 180);  // seen from the other side of a room
   for (const auto& [level, width] : {std::pair(0, 3 * thin), std::pair(255, thin)})
     cv::line(picture, point(from), point(to), cv::Scalar::all(level), width, cv::LINE_AA, kFractionBits);
 }

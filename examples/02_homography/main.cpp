@@ -4,6 +4,7 @@
 // the fit says how uncertain a mapped point is. Three points on one line are refused with the reason.
 #include <iostream>
 
+#include "procam/core/base/error.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 
 using namespace procam;

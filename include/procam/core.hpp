@@ -40,7 +40,6 @@
 #include "procam/core/lens/distortion.hpp"
 #include "procam/core/lens/distortion/brown_conrady.hpp"
 #include "procam/core/lens/distortion/fisheye.hpp"
-#include "procam/core/lens/distortion/inverse.hpp"
 #include "procam/core/lens/distortion/none.hpp"
 #include "procam/core/lens/distortion/polynomial.hpp"
 #include "procam/core/lens/distortion/rational.hpp"

@@ -330,8 +330,14 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
 
 }  // namespace
 
+double Movement::angle() const {
+  return moved.head<3>().norm();
+}
 double Movement::angle_sigma() const {
   return sigma_along(moved.head<3>(), covariance.topLeftCorner<3, 3>());
+}
+double Movement::shift() const {
+  return moved.tail<3>().norm();
 }
 double Movement::shift_sigma() const {
   return sigma_along(moved.tail<3>(), covariance.bottomRightCorner<3, 3>());

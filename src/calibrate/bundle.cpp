@@ -13,6 +13,7 @@
 
 #include "prior_terms.hpp"
 #include "procam/calibrate/costs/flexed.hpp"
+#include "procam/calibrate/costs/image_change.hpp"
 #include "procam/calibrate/costs/lens_prior.hpp"
 #include "procam/calibrate/costs/point_prior.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"
@@ -215,6 +216,25 @@ std::shared_ptr<ceres::ParameterBlockOrdering> points_first(Blocks& blocks) {
 }
 
 }  // namespace
+
+Camera BundleState::lens_in(std::size_t view, std::size_t device) const {
+  return image_changes.empty() ? lenses.at(device)
+                               : changed(lenses.at(device), image_changes.at(view).at(device));
+}
+
+BentSheet BundleState::sheet_in(std::size_t view) const {
+  return flex.empty() ? sheet : BentSheet{sheet.curvature + flex.at(view), sheet.centre};
+}
+
+Vec3 BundleState::point_in(std::size_t view, std::size_t point) const {
+  Vec3 place = points_in_board.at(point);
+  if (!flex.empty()) place.z() += BentSheet{flex.at(view), sheet.centre}.height(place.head<2>());
+  return place;
+}
+
+Mat2 ResidualNoise::covariance(const Mat2& of_detector) const {
+  return scale * scale * of_detector + floor_px * floor_px * Mat2::Identity();
+}
 
 BundleResult bundle_adjust(const Correspondences& data, const UsedMask& used, const BundleState& start,
                            const BundleOptions& options) {

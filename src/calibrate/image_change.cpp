@@ -4,6 +4,20 @@
 
 namespace procam::calibrate {
 
+Camera changed(Camera lens, const Vec3& change) {
+  Intrinsics& k = lens.intrinsics;
+  k.fx *= 1 + change[0], k.fy *= 1 + change[0], k.skew *= 1 + change[0];
+  k.cx += change[1], k.cy += change[2];
+  return lens;
+}
+
+bool ImageChangePrior::Evaluate(double const* const* parameters, double* residual, double** jacobians) const {
+  Eigen::Map<Vec3>(residual, 3) = weights_.cwiseProduct(Eigen::Map<const Vec3>(parameters[0]));
+  if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(jacobians[0]).setZero().diagonal() = weights_;
+  return true;
+}
+
 bool ImageChangeCost::Evaluate(double const* const* parameters, double* residual, double** jacobians) const {
   enum { kFx, kFy, kCx, kCy, kSkew };
   using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -8,6 +8,7 @@
 
 #include "believed_covariance.hpp"
 #include "procam/calibrate/costs/flexed.hpp"
+#include "procam/calibrate/costs/image_change.hpp"
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
 #include "procam/calibrate/costs/shared_corner.hpp"

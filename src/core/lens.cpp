@@ -3,4 +3,5 @@
 #include "procam/core/lens/detail/frustum_body.hpp"
 #include "procam/core/lens/detail/lens_change_body.hpp"
 #include "procam/core/lens/distortion/detail/brown_conrady_body.hpp"
+#include "procam/core/lens/distortion/detail/fisheye_body.hpp"
 #include "procam/core/lens/distortion/detail/rational_body.hpp"

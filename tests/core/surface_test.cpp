@@ -1,5 +1,6 @@
 /// Laws for every surface that is drawn as triangles; the list comes from the variant.
 #include "procam/core/surface/surface.hpp"
+#include "procam/core/surface/tessellate.hpp"
 
 #include <gtest/gtest.h>
 

@@ -82,9 +82,9 @@ struct PROCAM_EXPORT Movement {
   double rms_after = 0;     ///< of the marks' errors when it is undone, metres
   double log_evidence = 0;  ///< differences count: the log of the odds between explanations
 
-  double angle() const { return moved.head<3>().norm(); }
+  double angle() const;
   double angle_sigma() const;
-  double shift() const { return moved.tail<3>().norm(); }
+  double shift() const;
   double shift_sigma() const;
 };
 

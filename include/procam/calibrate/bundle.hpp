@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "procam/calibrate/costs/image_change.hpp"
 #include "procam/calibrate/lens_prior.hpp"
 #include "procam/core/base/export.hpp"
 #include "procam/core/geometry/bent_sheet.hpp"
@@ -36,21 +35,11 @@ struct BundleState {
   std::vector<std::vector<Vec3>> image_changes = {};
 
   /// A device's lens as it is in a view.
-  Camera lens_in(std::size_t view, std::size_t device) const {
-    return image_changes.empty() ? lenses.at(device)
-                                 : changed(lenses.at(device), image_changes.at(view).at(device));
-  }
-
+  PROCAM_EXPORT Camera lens_in(std::size_t view, std::size_t device) const;
   /// The sheet as it is in a view.
-  BentSheet sheet_in(std::size_t view) const {
-    return flex.empty() ? sheet : BentSheet{sheet.curvature + flex.at(view), sheet.centre};
-  }
+  PROCAM_EXPORT BentSheet sheet_in(std::size_t view) const;
   /// A board's point as it is in a view, in the board's frame, metres.
-  Vec3 point_in(std::size_t view, std::size_t point) const {
-    Vec3 place = points_in_board.at(point);
-    if (!flex.empty()) place.z() += BentSheet{flex.at(view), sheet.centre}.height(place.head<2>());
-    return place;
-  }
+  PROCAM_EXPORT Vec3 point_in(std::size_t view, std::size_t point) const;
 };
 
 /// The covariance a residual is weighed with: scale^2 * detector's covariance + floor_px^2 * I. The floor
@@ -61,9 +50,7 @@ struct ResidualNoise {
   double scale = 1;
   double floor_px = 0;
 
-  Mat2 covariance(const Mat2& of_detector) const {
-    return scale * scale * of_detector + floor_px * floor_px * Mat2::Identity();
-  }
+  PROCAM_EXPORT Mat2 covariance(const Mat2& of_detector) const;
 };
 
 /// What differs from view to view beside the board's pose, as standard deviations: the prior of BundleState::flex and of

@@ -18,24 +18,14 @@
 namespace procam::calibrate {
 
 /// The lens with the change (g, x, y) of a view.
-inline Camera changed(Camera lens, const Vec3& change) {
-  Intrinsics& k = lens.intrinsics;
-  k.fx *= 1 + change[0], k.fy *= 1 + change[0], k.skew *= 1 + change[0];
-  k.cx += change[1], k.cy += change[2];
-  return lens;
-}
+PROCAM_EXPORT Camera changed(Camera lens, const Vec3& change);
 
 /// Block: the change of a view; residual W (g, x, y) with a diagonal W.
-class ImageChangePrior final : public ceres::SizedCostFunction<3, 3> {
+class PROCAM_EXPORT ImageChangePrior final : public ceres::SizedCostFunction<3, 3> {
  public:
   explicit ImageChangePrior(const Vec3& weights) : weights_(weights) {}
 
-  bool Evaluate(double const* const* parameters, double* residual, double** jacobians) const override {
-    Eigen::Map<Vec3>(residual, 3) = weights_.cwiseProduct(Eigen::Map<const Vec3>(parameters[0]));
-    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(jacobians[0]).setZero().diagonal() = weights_;
-    return true;
-  }
+  bool Evaluate(double const* const* parameters, double* residual, double** jacobians) const override;
 
  private:
   Vec3 weights_;

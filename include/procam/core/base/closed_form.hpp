@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 
 namespace procam {
@@ -40,17 +41,10 @@ inline SymmetricEigen2 symmetric_eigen(const Mat2& a) {
 /// The smallest rotation that turns the direction `from` into the direction `to`: q ~ (from x to, 1 + from .
 /// to). Opposite directions have no smallest one; then it is a half turn about an axis across them, and near
 /// them the axis is known to 1e-16 / |from + to| (unit lengths). Neither may be zero.
-inline Eigen::Quaterniond rotation_between(const Vec3& from, const Vec3& to) {
-  const Vec3 a = from.normalized(), b = to.normalized();
-  const Vec3 half = a + b;
-  if (half.squaredNorm() < 1e-24) {
-    const Vec3 axis = a.unitOrthogonal();
-    return {0, axis.x(), axis.y(), axis.z()};
-  }
-  // (a x b, 1 + a . b) over |a + b|, since a x b = a x (a + b).
-  const Vec3 middle = half.normalized();
-  const Vec3 axis = a.cross(middle);
-  return {a.dot(middle), axis.x(), axis.y(), axis.z()};
-}
+PROCAM_EXPORT Eigen::Quaterniond rotation_between(const Vec3& from, const Vec3& to);
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/base/detail/closed_form_body.hpp"
+#endif

@@ -5,9 +5,9 @@
 ///
 /// Height and tilt belong to the board's pose, and lengths along the sheet count as lengths in the plane: a sheet that rises
 /// by h over a length l is shorter by (2/3) h^2 / l in the plane, 0.05 mm of 6 mm over half a metre.
-#include <cmath>
 #include <optional>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/ray.hpp"
 
 namespace procam {
@@ -31,7 +31,7 @@ struct BentSheet {
     return {curvature[0] * d.x() + curvature[1] * d.y(), curvature[1] * d.x() + curvature[2] * d.y()};
   }
 
-  bool is_flat() const { return curvature == Vec3::Zero(); }
+  bool is_flat() const { return curvature.x() == 0 && curvature.y() == 0 && curvature.z() == 0; }
 };
 
 /// Where the ray meets the sheet, of two such points the one that goes over into the flat sheet's; nullopt when there is none
@@ -40,21 +40,10 @@ struct BentSheet {
 /// With o and d the ray's origin and direction, height(o + s d) = o_z + s d_z is A s^2 + B s + C = 0 with
 ///   A = -(c_xx d_x^2 + 2 c_xy d_x d_y + c_yy d_y^2) / 2,   B = d_z - slope(o) . d,   C = o_z - height(o)
 /// and s = -2 C / (B + sign(B) sqrt(B^2 - 4 A C)).
-inline std::optional<Vec3> intersect(const Ray& ray, const BentSheet& sheet) {
-  const Vec2 origin = ray.origin.head<2>(), direction = ray.direction.head<2>();
-  const double a = -BentSheet{sheet.curvature}.height(direction);
-  const double b = ray.direction.z() - sheet.slope(origin).dot(direction);
-  const double c = ray.origin.z() - sheet.height(origin);
-  const double discriminant = b * b - 4 * a * c;
-  // Written so that NaN and a zero direction fail the comparisons.
-  if (!(discriminant >= 0)) return std::nullopt;
-  const double divisor = b + std::copysign(std::sqrt(discriminant), b);
-  if (!(std::abs(divisor) > 1e-12 * ray.direction.norm())) return std::nullopt;
-  const double s = -2 * c / divisor;
-  if (!(s >= 0)) return std::nullopt;
-  const Vec3 hit = ray.at(s);
-  if (!hit.allFinite()) return std::nullopt;
-  return hit;
-}
+PROCAM_EXPORT std::optional<Vec3> intersect(const Ray& ray, const BentSheet& sheet);
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/geometry/detail/bent_sheet_body.hpp"
+#endif

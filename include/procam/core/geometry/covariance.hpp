@@ -6,8 +6,6 @@
 ///   c_from_a = c_from_b b_from_a:  C_ca = C_cb + Ad(c_from_b) C_ba Ad^T
 ///   source_from_target = inverse:  C_st = Ad(source_from_target) C_ts Ad^T
 /// Both factors are taken as independent unless their cross covariance is given.
-#include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,25 +45,15 @@ struct NamedCovariance {
   MatX matrix;  ///< names.size() square, units of the named parameters
 
   bool empty() const { return names.empty(); }
-  std::optional<Eigen::Index> index_of(const std::string& name) const {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) return std::nullopt;
-    return Eigen::Index(found - names.begin());
-  }
+  PROCAM_EXPORT std::optional<Eigen::Index> index_of(const std::string& name) const;
   /// One standard deviation; 0 for a parameter that was held fixed (not in the list).
-  double sigma(const std::string& name) const {
-    const auto i = index_of(name);
-    // This order of max() lets NaN through: an unknown variance must not read as "held fixed".
-    return i ? std::sqrt(std::max(matrix(*i, *i), 0.0)) : 0.0;
-  }
+  PROCAM_EXPORT double sigma(const std::string& name) const;
   /// The rows and columns of these names, in this order; zero where a name was held fixed.
   PROCAM_EXPORT MatX block(const std::vector<std::string>& wanted) const;
 };
 
 /// Names of a pose's six increments below a prefix: prefix.rx ry rz tx ty tz.
-inline std::vector<std::string> pose_increment_names(const std::string& prefix) {
-  return {prefix + ".rx", prefix + ".ry", prefix + ".rz", prefix + ".tx", prefix + ".ty", prefix + ".tz"};
-}
+PROCAM_EXPORT std::vector<std::string> pose_increment_names(const std::string& prefix);
 
 }  // namespace procam
 

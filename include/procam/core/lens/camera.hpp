@@ -29,26 +29,10 @@ struct Camera {
 
   /// Point in the optical frame (metres) -> pixel, which may lie outside the image; nullopt when the lens
   /// cannot see it.
-  std::optional<Vec2> project(const Vec3& point_in_camera) const {
-    return std::visit(
-        [&](const auto& model) -> std::optional<Vec2> {
-          return procam::project<std::decay_t<decltype(model)>>(intrinsics, model.coefficients.data(),
-                                                                point_in_camera);
-        },
-        distortion);
-  }
+  PROCAM_EXPORT std::optional<Vec2> project(const Vec3& point_in_camera) const;
 
   /// Pixel -> unit bearing in the optical frame; nullopt where the lens model has no inverse.
-  std::optional<Vec3> unproject(const Vec2& pixel) const {
-    const Vec2 distorted = intrinsics.normalized_from_pixel(pixel);
-    const std::optional<Vec3> direction = std::visit(
-        [&](const auto& model) {
-          return std::decay_t<decltype(model)>::undistort(model.coefficients.data(), distorted);
-        },
-        distortion);
-    if (!direction) return std::nullopt;
-    return Vec3(direction->stableNormalized());  // its square may overflow where the direction does not
-  }
+  PROCAM_EXPORT std::optional<Vec3> unproject(const Vec2& pixel) const;
 
   /// Does the point fall on the image?
   bool sees(const Vec3& point_in_camera) const {

@@ -8,9 +8,6 @@
 /// Skew adds -2 skew / W at row 0, column 1 of OpenGL's matrix, which glFrustum's six numbers cannot express:
 /// the 4x4 matrix is the primary form. Dropping the halves would shift the picture by half a pixel. Lens
 /// distortion is not linear and has no place in a matrix: see render for the full model.
-#include <cmath>
-
-#include "procam/core/base/error.hpp"
 #include "procam/core/base/export.hpp"
 #include "procam/core/lens/intrinsics.hpp"
 
@@ -22,12 +19,8 @@ struct Frustum {
 };
 
 namespace internal {
-inline void require_frustum(const Intrinsics& k, ImageSize size, double near, double far) {
-  require(size.width > 0 && size.height > 0, "frustum: empty image");
-  require(k.fx > 0 && k.fy > 0 && k.matrix().allFinite(),
-          "frustum: focal lengths must be positive and all intrinsics finite");
-  require(near > 0 && far > near && std::isfinite(far), "frustum: need 0 < near < far < infinity");
-}
+/// Throws std::invalid_argument for an image, focal lengths or clip planes that give no frustum.
+PROCAM_EXPORT void require_frustum(const Intrinsics& k, ImageSize size, double near, double far);
 }  // namespace internal
 
 /// The six numbers for intrinsics without skew. Throws std::invalid_argument for skew != 0: use

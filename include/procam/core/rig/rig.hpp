@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/core/lens/camera.hpp"
 #include "procam/core/lens/projector.hpp"
@@ -73,30 +74,15 @@ struct Rig {
   Provenance provenance;
 
   /// The only camera / projector, or the one of that name. Throws Error(kInput) with the names there are.
-  const RigCamera& camera(const std::string& name = "") const { return pick(cameras, name, "camera"); }
-  const RigProjector& projector(const std::string& name = "") const {
-    return pick(projectors, name, "projector");
-  }
+  PROCAM_EXPORT const RigCamera& camera(const std::string& name = "") const;
+  PROCAM_EXPORT const RigProjector& projector(const std::string& name = "") const;
 
-  Pose projector_from_camera(const std::string& projector_name = "",
-                             const std::string& camera_name = "") const {
-    return projector(projector_name).rig_from_projector.inverse() * camera(camera_name).rig_from_camera;
-  }
-
- private:
-  template <typename Device>
-  static const Device& pick(const std::vector<Device>& devices, const std::string& name, const char* what) {
-    std::string known;
-    for (const Device& device : devices) {
-      if (device.name == name || (name.empty() && devices.size() == 1)) return device;
-      known += (known.empty() ? "" : ", ") + device.name;
-    }
-    throw Error(ErrorKind::kInput, std::string("rig ") + what + (name.empty() ? "" : " '" + name + "'"),
-                devices.empty() ? "the rig has none"
-                : name.empty()  ? "the rig has several"
-                                : "the rig has none of that name",
-                known.empty() ? std::string("use a rig file with a ") + what : "name one of: " + known);
-  }
+  PROCAM_EXPORT Pose projector_from_camera(const std::string& projector_name = "",
+                                           const std::string& camera_name = "") const;
 };
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/rig/detail/rig_body.hpp"
+#endif

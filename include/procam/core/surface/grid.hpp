@@ -2,6 +2,7 @@
 /// A surface measured at a regular grid of content positions: a curtain, a bent sheet, a rough wall.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "procam/core/surface/in_room.hpp"
 
@@ -29,7 +30,8 @@ struct GridSurface : InRoom {
     if (points.size() != std::size_t(columns) * std::size_t(rows))
       return "it does not have columns x rows points";
     for (const Vec3& p : points)
-      if (!p.allFinite()) return "a point is not finite";
+      if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z()))
+        return "a point is not finite";
     return nullptr;
   }
 };

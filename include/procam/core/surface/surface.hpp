@@ -8,9 +8,11 @@
 ///
 /// The geometries are a closed set: one file in core/surface/ and one alternative in the variant each. Planes
 /// and flat pixel surfaces are drawn by their homography, all others as triangles (mesh_of).
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/export.hpp"
@@ -23,7 +25,6 @@
 #include "procam/core/surface/pixels.hpp"
 #include "procam/core/surface/planar.hpp"
 #include "procam/core/surface/sphere.hpp"
-#include "procam/core/surface/tessellate.hpp"
 
 namespace procam {
 

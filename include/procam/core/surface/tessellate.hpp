@@ -1,5 +1,9 @@
 #pragma once
 /// From a curved surface to triangles that are nowhere farther from it than told.
+#include <algorithm>
+#include <array>
+#include <string>
+
 #include "procam/core/base/error.hpp"
 #include "procam/core/geometry/mesh.hpp"
 

@@ -1,5 +1,8 @@
 #pragma once
 /// The bodies of covariance.hpp. NOLINTBEGIN(misc-definitions-in-headers)
+#include <algorithm>
+#include <cmath>
+
 #include "procam/core/geometry/covariance.hpp"
 
 namespace procam {
@@ -33,6 +36,18 @@ PROCAM_CORE_INLINE Mat3 point_covariance(const PoseWithCovariance& target_from_s
   return j * target_from_source.covariance * j.transpose();
 }
 
+PROCAM_CORE_INLINE std::optional<Eigen::Index> NamedCovariance::index_of(const std::string& name) const {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return Eigen::Index(found - names.begin());
+}
+
+PROCAM_CORE_INLINE double NamedCovariance::sigma(const std::string& name) const {
+  const auto i = index_of(name);
+  // This order of max() lets NaN through: an unknown variance must not read as "held fixed".
+  return i ? std::sqrt(std::max(matrix(*i, *i), 0.0)) : 0.0;
+}
+
 PROCAM_CORE_INLINE MatX NamedCovariance::block(const std::vector<std::string>& wanted) const {
   std::vector<std::optional<Eigen::Index>> index;
   for (const std::string& name : wanted) index.push_back(index_of(name));
@@ -41,6 +56,10 @@ PROCAM_CORE_INLINE MatX NamedCovariance::block(const std::vector<std::string>& w
     for (std::size_t c = 0; c < wanted.size(); ++c)
       if (index[r] && index[c]) out(Eigen::Index(r), Eigen::Index(c)) = matrix(*index[r], *index[c]);
   return out;
+}
+
+PROCAM_CORE_INLINE std::vector<std::string> pose_increment_names(const std::string& prefix) {
+  return {prefix + ".rx", prefix + ".ry", prefix + ".rz", prefix + ".tx", prefix + ".ty", prefix + ".tz"};
 }
 
 }  // namespace procam

@@ -5,6 +5,26 @@
 
 namespace procam {
 
+PROCAM_CORE_INLINE std::optional<Vec2> Camera::project(const Vec3& point_in_camera) const {
+  return std::visit(
+      [&](const auto& model) -> std::optional<Vec2> {
+        return procam::project<std::decay_t<decltype(model)>>(intrinsics, model.coefficients.data(),
+                                                              point_in_camera);
+      },
+      distortion);
+}
+
+PROCAM_CORE_INLINE std::optional<Vec3> Camera::unproject(const Vec2& pixel) const {
+  const Vec2 distorted = intrinsics.normalized_from_pixel(pixel);
+  const std::optional<Vec3> direction = std::visit(
+      [&](const auto& model) {
+        return std::decay_t<decltype(model)>::undistort(model.coefficients.data(), distorted);
+      },
+      distortion);
+  if (!direction) return std::nullopt;
+  return Vec3(direction->stableNormalized());  // its square may overflow where the direction does not
+}
+
 PROCAM_CORE_INLINE std::vector<std::string> parameter_names(const Camera& camera) {
   std::vector<std::string> names(kIntrinsicsNames.begin(), kIntrinsicsNames.end());
   for (const std::string& name : coefficient_names(camera.distortion)) names.push_back(name);

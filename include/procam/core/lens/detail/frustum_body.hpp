@@ -1,8 +1,20 @@
 #pragma once
 /// The bodies of frustum.hpp. NOLINTBEGIN(misc-definitions-in-headers)
+#include <cmath>
+
+#include "procam/core/base/error.hpp"
 #include "procam/core/lens/frustum.hpp"
 
 namespace procam {
+
+namespace internal {
+PROCAM_CORE_INLINE void require_frustum(const Intrinsics& k, ImageSize size, double near, double far) {
+  require(size.width > 0 && size.height > 0, "frustum: empty image");
+  require(k.fx > 0 && k.fy > 0 && k.matrix().allFinite(),
+          "frustum: focal lengths must be positive and all intrinsics finite");
+  require(near > 0 && far > near && std::isfinite(far), "frustum: need 0 < near < far < infinity");
+}
+}  // namespace internal
 
 PROCAM_CORE_INLINE Frustum frustum(const Intrinsics& k, ImageSize size, double near, double far) {
   internal::require_frustum(k, size, near, far);

@@ -7,10 +7,12 @@
 ///
 /// Sees beyond 90 degrees (z <= 0), up to the first fold of theta_d and never the point straight behind.
 /// Source: Kannala and Brandt, "A generic camera model and calibration method", PAMI 28(8), 2006.
-#include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
-#include "procam/core/lens/distortion/inverse.hpp"
+#include "procam/core/base/export.hpp"
+#include "procam/core/base/types.hpp"
 #include "procam/core/lens/distortion/polynomial.hpp"
 
 namespace procam {
@@ -64,45 +66,11 @@ struct FisheyeDistortion {
     return theta * (1 + t * (c[0] + t * (c[1] + t * (c[2] + t * c[3]))));
   }
 
-  static std::optional<Vec3> undistort(const double* c, const Vec2& distorted) {
-    const double target = distorted.norm();
-    if (!std::isfinite(target)) return std::nullopt;
-    Vec3 direction(0, 0, 1);
-    if (target > 0) {
-      // From the distorted angle itself: right for every moderate lens. Else from the bracketed search.
-      std::optional<double> theta = angle_from(c, target, std::min(target, kLargestAngle));
-      if (!theta) {
-        const auto bracketed =
-            internal::invert_radial([&](double angle) { return radial(c, angle); }, target, kLargestAngle);
-        if (bracketed) theta = angle_from(c, target, *bracketed);
-      }
-      if (!theta) return std::nullopt;
-      const double s = std::sin(*theta) / target;
-      direction = Vec3(distorted.x() * s, distorted.y() * s, std::cos(*theta));
-    }
-    // The model has the last word: a hair before the fold rounding may step over it, and a coefficient may be
-    // NaN.
-    const std::optional<Vec2> again = distort(c, direction);
-    if (!again || !((*again - distorted).norm() <= 2e-13 * (1 + target))) return std::nullopt;
-    return direction;
-  }
-
- private:
-  /// Newton on theta_d(theta) = target. What it finds in the monotone part is the only answer there.
-  static std::optional<double> angle_from(const double* c, double target, double theta) {
-    const double tolerance = 1e-13 * (1 + target);
-    for (int i = 0; i < 12; ++i) {
-      const double t = theta * theta;
-      const double error = theta * (1 + t * (c[0] + t * (c[1] + t * (c[2] + t * c[3])))) - target;
-      if (std::abs(error) <= tolerance) {
-        if (!(theta > 0) || !monotone(c, theta)) return std::nullopt;
-        return theta;
-      }
-      const double slope = 1 + t * (3 * c[0] + t * (5 * c[1] + t * (7 * c[2] + t * 9 * c[3])));
-      theta -= error / slope;
-    }
-    return std::nullopt;
-  }
+  PROCAM_EXPORT static std::optional<Vec3> undistort(const double* c, const Vec2& distorted);
 };
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/lens/distortion/detail/fisheye_body.hpp"
+#endif

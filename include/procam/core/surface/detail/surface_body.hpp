@@ -10,6 +10,7 @@
 #include "procam/core/base/error.hpp"
 #include "procam/core/geometry/homography.hpp"
 #include "procam/core/surface/surface.hpp"
+#include "procam/core/surface/tessellate.hpp"
 
 namespace procam {
 namespace detail {

@@ -1,7 +1,7 @@
 #pragma once
 /// The body of brown_conrady.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/lens/distortion/brown_conrady.hpp"
-#include "procam/core/lens/distortion/inverse.hpp"
+#include "procam/core/lens/distortion/detail/inverse.hpp"
 
 namespace procam {
 

@@ -1,6 +1,6 @@
 #pragma once
 /// The body of rational.hpp. NOLINTBEGIN(misc-definitions-in-headers)
-#include "procam/core/lens/distortion/inverse.hpp"
+#include "procam/core/lens/distortion/detail/inverse.hpp"
 #include "procam/core/lens/distortion/rational.hpp"
 
 namespace procam {

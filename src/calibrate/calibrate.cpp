@@ -390,7 +390,9 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   average_terms(shaped.data, options, beyond.any(), shaped.solution, sigmas.robust.devices);
   const Correspondences& data = shaped.data;
   const Solution& solution = shaped.solution;
-  CalibrationResult result = describe(data, start, solution, sigmas.formal);
+  const std::vector<RigMotion> motions = rig_motions(data, solution);
+  add_motions(motions, sigmas.robust.devices);
+  CalibrationResult result = describe(data, start, solution, sigmas.formal, motions);
   result.solved = {data, solution.used, solution.state(), solution.options};
   result.rig.covariance = rig_covariance(sigmas.robust.devices, data, solution.state());
   result.variance_ratio = sigmas.robust.variance_ratio;

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "rig_motion.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -315,39 +317,75 @@ std::vector<ForeignView> views_of_another_capture(const Correspondences& data, c
   return foreign;
 }
 
-std::string moved_device(const Correspondences& data, const UsedMask& everything, const Solution& solution,
-                         int device) {
-  if (device == 0) return "";
+namespace {
+
+/// One change of the device for all of its views in the mask: the boards stay with the cameras. A change of its
+/// own for each view would fit anything, and is poorly constrained by one board. nullopt where the fit fails.
+std::optional<BundleState> with_change(const Correspondences& data, const UsedMask& mask,
+                                       const Solution& solution, std::size_t device, bool of_lens) {
+  BundleOptions options = hold_devices(solution.options, solution.state());
+  if (of_lens)
+    for (const char* parameter : {"fx", "fy", "cx", "cy"})
+      options.held[device].erase(
+          std::remove(options.held[device].begin(), options.held[device].end(), parameter),
+          options.held[device].end());
+  else
+    options.hold_pose[device] = false;
+  try {
+    return bundle_adjust(data, mask, solution.state(), options).state;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+/// (g, x, y) of costs/image_change.hpp.
+Vec3 image_change_between(const Intrinsics& before, const Intrinsics& after) {
+  return {0.5 * (after.fx / before.fx + after.fy / before.fy) - 1, after.cx - before.cx,
+          after.cy - before.cy};
+}
+
+}  // namespace
+
+std::optional<ChangedDevice> changed_device(const Correspondences& data, const UsedMask& everything,
+                                            const Solution& solution, int device) {
+  if (device == 0) return std::nullopt;
   const auto d = std::size_t(device);
-  const double explained = kExplained * usual_rms(data, solution, device);
-  // One motion of the device for all of its rejected views: the boards stay with the cameras. A motion of its
-  // own for each view would fit anything, and is poorly constrained by one board.
-  UsedMask elsewhere = only_view(solution.used, data.views.size());  // no view yet
+  UsedMask changed = only_view(solution.used, data.views.size());  // no view yet
   int views = 0;
   std::string names;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     if (!solution.rejected[v][d] || !takes_part(solution.used, v)) continue;
     if (data.views[v].observations[d].size() < 6) continue;
-    elsewhere[v] = solution.used[v];
-    elsewhere[v][d] = everything[v][d];
+    changed[v] = solution.used[v];
+    changed[v][d] = everything[v][d];
     ++views;
     names += (names.empty() ? "" : ", ") + data.views[v].name;
   }
-  if (views < 2) return "";
-  BundleOptions options = hold_devices(solution.options, solution.state());
-  options.hold_pose[d] = false;
-  BundleState moved;
-  try {
-    moved = bundle_adjust(data, elsewhere, solution.state(), options).state;
-  } catch (const Error&) {
-    return "";
+  if (views < 2) return std::nullopt;
+  const auto moved = with_change(data, changed, solution, d, false);
+  const auto zoomed = with_change(data, changed, solution, d, true);
+  const auto rms = [&](const std::optional<BundleState>& state) {
+    return state ? spread_of(data, *state, changed, device).rms_px : std::numeric_limits<double>::infinity();
+  };
+  const double explained = kExplained * usual_rms(data, solution, device);
+  if (std::min(rms(zoomed), rms(moved)) > explained) return std::nullopt;
+  const std::string& name = data.devices[d].name;
+  if (rms(zoomed) < rms(moved)) {
+    const Vec3 change =
+        image_change_between(solution.state().lenses[d].intrinsics, zoomed->lenses[d].intrinsics);
+    if (is_zoom(change, data.devices[d].size))
+      return ChangedDevice{true, name + " has another lens in views " + names + " (" +
+                                     image_change_in_words(change) +
+                                     "): it was zoomed or refocused; fix zoom and focus and capture these "
+                                     "views again"};
+    if (rms(moved) > explained) return std::nullopt;
   }
-  if (spread_of(data, moved, elsewhere, device).rms_px > explained) return "";
-  const Pose motion = moved.device_from_rig[d] * solution.state().device_from_rig[d].inverse();
-  if (!may_have_moved(motion)) return "";
-  return data.devices[d].name + " stands elsewhere in views " + names + ", by " + amount(motion) +
-         ": it was moved against the camera, or its lens was shifted; fix both to each other and capture "
-         "these views again";
+  const Pose motion = moved->device_from_rig[d] * solution.state().device_from_rig[d].inverse();
+  if (!may_have_moved(motion)) return std::nullopt;
+  return ChangedDevice{
+      false, name + " stands elsewhere in views " + names + ", by " + amount(motion) +
+                 ": it was moved against the camera, or its lens was shifted; fix both to each other "
+                 "and capture these views again"};
 }
 
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 /// Private to calibrate: why a view disagrees with the others, in words that tell what to do.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,10 +28,15 @@ std::vector<ForeignView> views_of_another_capture(const Correspondences& data, c
 bool agrees_with_camera(const Correspondences& data, const UsedMask& everything, const Solution& all,
                         const Correspondences& other_data, const Solution& others, std::size_t view);
 
-/// Views of one device that were all rejected because its pose differs from that in the others, at one
-/// place in all of them: the device moved against the rig. Empty when that is not what happened.
-std::string moved_device(const Correspondences& data, const UsedMask& everything, const Solution& solution,
-                         int device);
+/// Views of one device that were all rejected because its pose or its lens differs from that in the others, by the same in
+/// all of them.
+struct ChangedDevice {
+  bool of_lens = false;     ///< zoomed, refocused or shifted; else it moved against the rig
+  std::string description;  ///< with what to do
+};
+/// The change that fits the views better, of the pose or of the lens; nullopt where neither explains them.
+std::optional<ChangedDevice> changed_device(const Correspondences& data, const UsedMask& everything,
+                                            const Solution& solution, int device);
 
 /// A periodic pattern in a projector's residuals: its picture is resampled between the cable and the light
 /// (another resolution than its own, keystone, overscan), which moves pixels to and fro by parts of one.

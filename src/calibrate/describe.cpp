@@ -129,7 +129,7 @@ void tell_image_changes(CalibrationResult& result) {
 }  // namespace
 
 CalibrationResult describe(const Correspondences& data, const Start& start, const Solution& solution,
-                           const BundleCovariance& covariance) {
+                           const BundleCovariance& covariance, const std::vector<RigMotion>& motions) {
   const BundleState& state = solution.bundle.state;
   CalibrationResult result;
   result.devices = data.devices;
@@ -147,13 +147,14 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     rig.quality.rms_px[data.devices[d].name] = result.rms_px.back();
   }
   for (const ViewResult& view : result.views) rig.quality.views_used += view.used;
-  const std::optional<RigMotion> motion = rig_motion(data, solution);
-  if (motion) result.diagnostics.warn("device_moved", description(*motion, data));
+  if (!motions.empty())
+    result.diagnostics.warn(motions.front().of_lens() ? "lens_changed" : "device_moved",
+                            description(motions, data));
   for (std::size_t d = 1; d < data.devices.size(); ++d) {
-    const std::string moved = moved_device(data, start.used, solution, int(d));
-    if (!moved.empty()) result.diagnostics.warn("device_moved", moved);
+    if (const auto changed = changed_device(data, start.used, solution, int(d)))
+      result.diagnostics.warn(changed->of_lens ? "lens_changed" : "device_moved", changed->description);
     // What a motion leaves in the residuals looks like anything, also like a periodic pattern.
-    const std::string resampled = motion ? "" : resampled_picture(data, solution, int(d));
+    const std::string resampled = !motions.empty() ? "" : resampled_picture(data, solution, int(d));
     if (!resampled.empty()) result.diagnostics.warn("picture_resampled", resampled);
   }
   result.image_changes = image_change_rms(data, solution);

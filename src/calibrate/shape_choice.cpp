@@ -139,7 +139,7 @@ bool is_unexplained(const Solution& solution) {
 /// A rig that came to stand elsewhere displaces images as well, for one reason and once. One device alone shows a change as
 /// another pose of the board, and nothing contradicts it.
 MayVary may_vary(const ShapedSolution& shaped, bool sheet) {
-  return {sheet, shaped.data.devices.size() > 1 && !rig_motion(shaped.data, shaped.solution)};
+  return {sheet, shaped.data.devices.size() > 1 && rig_motions(shaped.data, shaped.solution).empty()};
 }
 
 /// Devices predict each other in held-out views as well with changes as without, as far as these are real: what nobody

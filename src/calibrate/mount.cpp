@@ -20,7 +20,7 @@ BaseMotion parse_base_motion(const std::string& text) {
 namespace mount {
 namespace {
 
-constexpr double kLeastScale = 0.002;  ///< a smaller one is not looked for
+constexpr double kMinScale = 0.002;  ///< a smaller one is not looked for
 
 void update_noise(Model& model, const Equations& equations) {
   if (!model.options->estimate_noise) return;
@@ -95,7 +95,7 @@ bool extend(Model& model, const MountProblem& problem, const Equations& equation
   const auto event = find_event(model, problem, equations);
   const FoundScale scale = find_scale(model, problem, equations);
   const double least = std::max(event ? event->chi2 : 0, model.options->event_chi2);
-  if (scale.chi2 >= least && std::abs(scale.increment) > kLeastScale && confirmed(scale)) return true;
+  if (scale.chi2 >= least && std::abs(scale.increment) > kMinScale && confirmed(scale)) return true;
   if (!event || int(found.size()) >= kMaxEvents || !confirmed(*event)) return false;
   found.push_back(*event);
   return true;

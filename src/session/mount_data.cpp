@@ -48,7 +48,7 @@ template <typename Message>
 void remark_on_clock(const std::vector<Message>& messages, const std::string& file,
                      Diagnostics& diagnostics) {
   constexpr std::size_t kSide = 10;
-  constexpr double kLeast = 0.03;  // s: more than the scatter of a median of ten
+  constexpr double kMinJump = 0.03;  // s: more than the scatter of a median of ten
   std::vector<double> ages;
   for (const Message& message : messages)
     if (message.stamp) ages.push_back(message.arrival - *message.stamp);
@@ -65,7 +65,7 @@ void remark_on_clock(const std::vector<Message>& messages, const std::string& fi
     if (std::abs(jump) <= std::max(std::abs(largest), 2 * std::max(spread(before), spread(after)))) continue;
     largest = jump, at = *messages[i].stamp;
   }
-  if (std::abs(largest) < kLeast) return;
+  if (std::abs(largest) < kMinJump) return;
   diagnostics.warn("clock_jumped", file + ": the stamps jump by " + fixed(1e3 * largest, 0) +
                                        " ms against the arrivals at " + fixed(at, 2) +
                                        " s: a clock was set. Use the part before or after alone");

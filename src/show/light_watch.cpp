@@ -100,7 +100,8 @@ struct LightWatch::State {
   // Of the thread.
   MarkerCells cells;
   std::string said_of_correction;
-  double corrected_by = 0;  ///< metres, in all
+  std::string said_of_fault;  ///< until an image can be used again
+  double corrected_by = 0;    ///< metres, in all
   double last_image = device::now_s();
 
   State(Open opening, const LightWatchOptions& given)
@@ -128,7 +129,10 @@ struct LightWatch::State {
     {
       const std::lock_guard<std::mutex> lock(mutex);
       ++status.faults;
-      tell(std::string("watch: ") + error.what());
+      status.state = kNoImages;
+      status.sentence = error.what();
+      tell(said_of_fault == error.what() ? "" : "watch: " + status.sentence);
+      said_of_fault = error.what();
     }
     const auto* known = dynamic_cast<const Error*>(&error);
     if (camera && (known == nullptr || known->kind() != ErrorKind::kDevice)) return;
@@ -279,6 +283,7 @@ struct LightWatch::State {
 
   void report(const watch::WatchReport& seen) {
     write_line(seen);
+    said_of_fault.clear();
     const std::lock_guard<std::mutex> lock(mutex);
     const bool is_new = status.state != to_string(seen.state) || status.is_alarm != seen.is_alarm;
     ++status.checks;

@@ -381,6 +381,26 @@ TEST(LightWatch, ACameraWithoutImagesIsReported) {
   EXPECT_EQ(sentences, std::vector<std::string>{"watch: the camera gives no images"});
 }
 
+TEST(LightWatch, ACameraOfAnotherSizeIsAStateAndSaidOnce) {
+  class Small : public device::FrameSource {
+    std::optional<device::SeenFrame> next(double after_s, double) override {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      return device::SeenFrame{ImageU8({320, 240}, 1), after_s + 0.01};
+    }
+  };
+  Stage stage;
+  std::vector<std::string> sentences;
+  LightWatch watch([] { return std::make_unique<Small>(); }, quick(stage, ""));
+  WatchStatus last;
+  ASSERT_TRUE(show_until(watch, stage, sentences, [&](const WatchStatus& s) {
+    last = s;
+    return s.faults >= 4;
+  }));
+  EXPECT_EQ(last.state, "no_images");
+  EXPECT_NE(last.sentence.find("not of the size"), std::string::npos) << last.sentence;
+  EXPECT_EQ(sentences, std::vector<std::string>{"watch: " + last.sentence});
+}
+
 TEST(LightWatch, ACameraThatIsGoneIsCountedAndComesBack) {
   Stage stage;
   stage.is_gone = true;

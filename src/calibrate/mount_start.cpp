@@ -410,7 +410,7 @@ MountData with_start_poses(const MountData& data, const MountOptions& options) {
               fixed(std::max(0.0, high[i] - low[i]) / kDegree, 1) +
               " degrees only: that axis, i.e. the axis offset and the axis angle, and the rig's pose against "
               "it are unobservable",
-          "move pan and tilt, each by 20 degrees or more, while a marker is seen");
+          "move pan and tilt, each by 20 degrees or more, while a marker is seen; the angles of a log are degrees");
   return started;
 }
 
@@ -459,6 +459,20 @@ double start_misfit(const MountData& data, const MountOptions& options) {
   return median(std::move(misfits));
 }
 
+namespace {
+
+/// Of two clocks, or of two units.
+std::string times_of(const MountData& data) {
+  if (data.sightings.empty()) return "";
+  const auto [first, last] =
+      std::minmax_element(data.sightings.begin(), data.sightings.end(),
+                          [](const auto& one, const auto& other) { return one.time < other.time; });
+  return ": poses from " + fixed(data.base.front().time, 2) + " to " + fixed(data.base.back().time, 2) +
+         " s, sightings from " + fixed(first->time, 2) + " to " + fixed(last->time, 2) + " s";
+}
+
+}  // namespace
+
 Model start_model(const MountData& data, const MountOptions& options) {
   Model model = model_with_path(data, options);
   const std::size_t needed = options.stations ? kMinAtStations : kMinSightings;
@@ -468,8 +482,9 @@ Model start_model(const MountData& data, const MountOptions& options) {
     throw Error(ErrorKind::kNotEnoughData, "sightings",
                 std::to_string(inside) + " of " + std::to_string(data.sightings.size()) +
                     " are within the times of the base poses, and at least " + std::to_string(needed) +
-                    " are needed",
-                "record both on one drive and one clock, or give the clocks' difference as --time-offset");
+                    " are needed" + times_of(data),
+                "record both on one drive and one clock, in seconds, or give the clocks' difference as "
+                "--time-offset");
   const std::vector<Pair> pairs = pairs_of(model, 600);
   start_offset(model, pairs);
   Pose mount = options.prior ? options.prior->pose : hand_eye(model, pairs);

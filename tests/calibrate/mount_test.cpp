@@ -171,7 +171,9 @@ TEST(Mount, RefusesRecordingsThatDoNotBelongTogether) {
   const MountDrive made = walk(uneven(84), 20);
   MountData data = data_of(made);
   for (MarkerSighting& seen : data.sightings) seen.time += 100;
-  EXPECT_NE(refusal(data, {}, ErrorKind::kNotEnoughData).find("clock"), std::string::npos);
+  const std::string apart = refusal(data, {}, ErrorKind::kNotEnoughData);
+  EXPECT_NE(apart.find("clock"), std::string::npos) << apart;
+  EXPECT_NE(apart.find(" s, sightings from "), std::string::npos) << apart;
   data = data_of(made);
   std::swap(data.base[5], data.base[6]);
   refusal(data, {}, ErrorKind::kInput);

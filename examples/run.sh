@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # See procam work, from nothing on Debian 12 and without any hardware:   examples/run.sh [OUT]
 # Installs missing packages, builds what that takes, simulates the captures of an office projector, calibrates it, solves two
-# surfaces, renders the projector's frame, drives past a wall, corrects a bump, follows a cart, calibrates a mount, and prints
-# the true error in millimetres. Pictures, videos and reports: OUT (out/).
+# surfaces, renders the projector's frame, drives past a wall, corrects a bump, refreshes the rig, follows a cart, calibrates a
+# mount on a robot, an arm and a head, and prints the true error in millimetres. Pictures, videos and reports: OUT (out/).
 # PROCAM_PRESET names another configure preset to build and use (quick, which is release by Clang).
 set -euo pipefail
 mkdir -p "${1:-$(dirname "${BASH_SOURCE[0]}")/../out}"
@@ -17,7 +17,7 @@ jobs=$(nproc)
 build() {
   cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" --target \
     simulate-captures calibrate-projector solve-surfaces render-to-image export-warp export-camera section_v \
-    example_03_true_error example_04_drive example_07_watch example_08_cart example_09_mount example_10_robot
+    example_03_true_error example_04_drive example_07_watch example_08_cart example_09_mount example_10_robot example_12_update example_13_arm_and_head
 }
 
 simulate() {
@@ -50,9 +50,19 @@ drive() {
 
 correct() {
   "$build/examples/example_07_watch" examples/data/test_card.png "$out"
+  "$build/examples/example_07_watch" --marks "$out"
   "$build/examples/example_08_cart" examples/data/test_card.png "$out"
   "$build/examples/example_09_mount" examples/data/test_card.png "$out"
   "$build/examples/example_10_robot" examples/data/test_card.png "$out"
+  "$build/examples/example_13_arm_and_head" examples/data/test_card.png "$out"
+}
+
+refresh() {
+  "$tools/simulate-captures" --seed 7 --level paper --views 1 --bump 0.3deg -o "$out/after" --force
+  "$tools/calibrate-projector" --captures "$out/after" --pattern gray --projector-size 1024x768 \
+    --board chessboard:9x6:36mm --update "$out/rig.json" --changed pose -o "$out/fresh.json"
+  "$build/examples/example_12_update" "$out/session/truth.json" "$out/after/truth.json" "$out/rig.json" \
+    "$out/fresh.json" examples/data/test_card.png "$out"
 }
 
 evaluate() {
@@ -74,7 +84,8 @@ phase "Render the projector's frame" render
 phase "Export the warp and the camera for other programs" exchange
 phase "Compare with the truth" judge
 phase "Drive past a wall" drive
-phase "Bump a projector, follow a cart, mount a rig on a robot" correct
+phase "Bump a projector, follow a cart, mount a rig on a robot, an arm and a head" correct
+phase "Refresh the rig by one view after a bump" refresh
 phase "Project a sheet's corners on the sheet" evaluate
 
 cat <<END
@@ -87,8 +98,12 @@ In $out:
   drive.mp4    a robot drives past a wall: drawn for the newest pose, and for the moment of light
   watch.mp4    a projector is bumped: alone, and corrected by its camera
   cart.mp4     a cart moves: its picture where it was seen, and where it is
+  marks.mp4    the same before a plain colour, by small marks
   mount.mp4    a robot before a wall: the rig's place on it by ruler, and calibrated by a drive
-  watch_error.svg, cart_error.svg, mount_error.svg  the true error over time
+  arm.mp4, head.mp4  the same of a rig on an arm and on a pan-tilt head
+  robot.mp4    a robot before a wall: by its localiser, and corrected by its camera
+  update.mp4   a projector is bumped: with its old calibration, and refreshed by one view of the board
+  watch_error.svg, ..., update_error.svg  the true error over time of each
   wall_warp.png, blender_camera.py  the same for programs that draw for themselves
   rig.json, solved.json, session/  the calibrated rig, the solved surfaces, the captures with their truth
 All of it took $SECONDS s.

@@ -110,9 +110,16 @@ drive() {
 demonstrations() {
   local examples=$tools/../examples
   "$examples/example_07_watch" "$data/test_card.png" .
+  "$examples/example_07_watch" --marks .
   "$examples/example_08_cart" "$data/test_card.png" .
   "$examples/example_09_mount" "$data/test_card.png" .
   "$examples/example_10_robot" "$data/test_card.png" .
+  "$examples/example_13_arm_and_head" "$data/test_card.png" .
+  simulate-captures --seed 7 -o before
+  calibrate-projector --captures before -o before.json
+  simulate-captures --seed 7 --views 1 --bump 0.3deg -o after
+  calibrate-projector --captures after --update before.json --changed pose -o fresh.json
+  "$examples/example_12_update" before/truth.json after/truth.json before.json fresh.json "$data/test_card.png" .
   cp watch_error.svg "$images/watch_error.svg"
   cp cart_error.svg "$images/tracked_error.svg"
   cp mount_error.svg "$images/mount_error.svg"
@@ -121,6 +128,11 @@ demonstrations() {
   cp cart.png "$images/tracked_cart.png"
   cp mount.png "$images/mount_wall.png"
   cp robot.png "$images/robot_corrected.png"
+  cp marks.png "$images/marks_corrected.png"
+  cp arm.png "$images/arm_wall.png"
+  cp head.png "$images/head_wall.png"
+  cp update.png "$images/update_corrected.png"
+  cp marks_error.svg arm_error.svg head_error.svg update_error.svg "$images"
 }
 
 # Needs the Python package and PIL.

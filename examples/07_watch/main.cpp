@@ -1,12 +1,14 @@
 // A show on a wall is bumped, and corrects itself by its camera, without a pattern (docs/watch.md):
 //
 //   07_watch picture.png OUT
+//   07_watch --marks OUT
 //
 // After six seconds the projector is turned by 0.2 degrees in its rig, and ten seconds later again. A camera of the rig
 // sees the wall. Each of its images is compared with what it should be; a movement that is certain, with one cause, is
 // corrected, so slowly that nobody sees the picture jump. OUT/watch.mp4 has the wall without and with the correction side by
-// side, OUT/watch.png its end, OUT/watch_error.svg the true error over time. The program fails
-// unless both bumps are corrected to less than 0.8 mm.
+// side, OUT/watch.png its end, OUT/watch_error.svg the true error over time. With --marks the content is a plain grey with the
+// small marks of project-live --marks, and the files are called marks. The program fails unless both bumps are corrected to less
+// than 0.8 mm.
 #include <array>
 #include <cstdio>
 #include <iostream>
@@ -39,6 +41,12 @@ simulate::Room wall_with_tape() {
   return room;
 }
 
+ImageU8 plain_grey() {
+  ImageU8 picture({96, 64}, 3);
+  std::fill_n(picture.data(), 96 * 64 * 3, std::uint8_t(140));
+  return picture;
+}
+
 /// The projector in its rig after a bump about its own centre.
 Pose bumped(const Pose& rig_from_projector, const Vec3& rotation) {
   return Pose(so3_exp(rotation) * rig_from_projector.rotation, rig_from_projector.translation);
@@ -64,15 +72,16 @@ simulate::LiveView camera_before(const Rig& rig, const Pose& true_rig_from_proje
 
 /// A show on the wall: its frame, and its view by somebody in the room. Both are kept while nothing moves.
 struct WallShow {
-  explicit WallShow(const Rig& rig, const ImageU8& picture) : projection(rig, standing(rig)) {
+  WallShow(const Rig& rig, const ImageU8& picture, bool marks) : projection(rig, standing(rig, marks)) {
     projection.set_show(examples::one_surface("poster", "world", rig_from_middle(), kPoster, picture));
     frame = ImageU8(projection.frame_size(), 3);
     // The upper right corner, from near.
     spectator.room_from_eye =
         rig_from_middle() * Pose(so3_exp(Vec3(-0.06, -0.2, 0)), Vec3(0.5, -0.35, -0.95));
   }
-  static show::ProjectionOptions standing(const Rig& rig) {
+  static show::ProjectionOptions standing(const Rig& rig, bool marks) {
     show::ProjectionOptions options;
+    options.marks = marks;
     options.projector_from_world = rig.projector().rig_from_projector.inverse();
     return options;
   }
@@ -132,15 +141,17 @@ struct WatchedProjector {
 
 int main(int argc, char** argv) try {
   if (argc != 3) {
-    std::cerr << "usage: 07_watch picture.png OUT\n";
+    std::cerr << "usage: 07_watch picture.png OUT, or 07_watch --marks OUT\n";
     return 2;
   }
   const std::filesystem::path out = argv[2];
-  const ImageU8 picture = io::load_image(argv[1]).image;
+  const bool marks = std::string(argv[1]) == "--marks";
+  const std::string name = marks ? "marks" : "watch";
+  const ImageU8 picture = marks ? plain_grey() : io::load_image(argv[1]).image;
   // The rig's frame is the world.
   const Rig rig = examples::camera_with_projector({640, 633, 322, 251, 0.4}, {1490, 1478, 530, 702, -0.8});
   const simulate::Room room = wall_with_tape();
-  WallShow alone(rig, picture), corrected(rig, picture);
+  WallShow alone(rig, picture, marks), corrected(rig, picture, marks);
   alone.draw(rig.projector().rig_from_projector);
   corrected.draw(rig.projector().rig_from_projector);
   WatchedProjector watched(rig, corrected.projection.solved());
@@ -148,8 +159,9 @@ int main(int argc, char** argv) try {
   Pose truth = rig.projector().rig_from_projector;
   simulate::LiveView camera = camera_before(rig, truth, 0);
   const double exposure = camera.exposure();
-  examples::SideBySide video(out / "watch.mp4", alone.spectator.eye.size, kFramesPerSecond);
-  examples::ErrorPlot plot{"without a correction", "with --watch", {}, {}, {}, {}};
+  examples::SideBySide video(out / (name + ".mp4"), alone.spectator.eye.size, kFramesPerSecond);
+  examples::ErrorPlot plot{
+      "without a correction", marks ? "with --watch --marks" : "with --watch", {}, {}, {}, {}};
   int corrections = 0;
   double before_second = 0, last = 0;
   for (int i = 0; i < int(kEnd * kFramesPerSecond); ++i) {
@@ -174,9 +186,9 @@ int main(int argc, char** argv) try {
     video.put(1, corrected.look(room, truth), words);
     video.add();
   }
-  video.save(out / "watch.png");
+  video.save(out / (name + ".png"));
   video.finish();
-  plot.save(out / "watch_error.svg");
+  plot.save(out / (name + "_error.svg"));
   std::printf("true error after the first correction %.2f mm, at the end %.2f mm; without %.2f mm\n",
               1e3 * before_second, 1e3 * last, plot.without_mm.back());
   return corrections >= 2 && before_second < 0.8e-3 && last < 0.8e-3 ? 0 : 1;

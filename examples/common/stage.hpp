@@ -33,6 +33,19 @@ inline Rig camera_with_projector(const Intrinsics& camera, const Intrinsics& pro
   return rig;
 }
 
+/// A smaller rig, that a robot, an arm or a head carries.
+inline Rig carried_rig() {
+  Rig rig;
+  Vec6 place;
+  place << -0.05, -0.04, 0.02, 0.14, 0.05, 0.03;
+  rig.cameras.push_back({"camera", {{1280, 960}, {1150, 1157, 652, 468, 0.4}, {}}, Pose()});
+  rig.projectors.push_back(
+      {"projector",
+       {{{800, 600}, {1090, 1081, 411, 530, -0.5}, BrownConrady{{-0.03, 0.01, -0.0005, 0.0006, 0}}}},
+       se3_exp(place)});
+  return rig;
+}
+
 /// A sheet in the x, y plane of a frame, metres.
 inline simulate::Body sheet(const std::string& name, const Vec2& low, const Vec2& high, double albedo,
                             const Pose& room_from_sheet) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mount_analysis.hpp"
+#include "mount_mistakes.hpp"
 #include "mount_remarks.hpp"
 #include "mount_start.hpp"
 
@@ -19,7 +20,8 @@ BaseMotion parse_base_motion(const std::string& text) {
 namespace mount {
 namespace {
 
-constexpr int kMaxEvents = 6;
+constexpr double kMinScale = 0.002;  ///< a smaller one is not looked for
+
 void update_noise(Model& model, const Equations& equations) {
   if (!model.options->estimate_noise) return;
   const std::array<double, kGroups> factors = variance_factors(equations);
@@ -63,23 +65,40 @@ void insert(Model& model, const FoundEvent& event) {
   epochs.insert(epochs.begin() + std::ptrdiff_t(before) + 1, after);
 }
 
-/// The most significant change, inserted into the model if it stands up to the noise that is left with it: noise that
-/// is larger or slower than assumed looks like changes.
-std::optional<FoundEvent> confirmed_event(Model& model, const MountProblem& problem,
-                                          const Equations& equations) {
-  const auto event = find_event(model, problem, equations);
-  if (!event) return std::nullopt;
-  Model with_event = model;
-  insert(with_event, *event);
-  MountProblem again(with_event, true);
+void insert(Model& model, const FoundScale& found) {
+  model.estimates_scale = true;
+  model.scale += found.increment;
+}
+
+/// Noise that is larger or slower than assumed looks like changes: a found one has to stand up to what is left with it.
+bool is_confirmed(const Model& model, Model extended, double chi2) {
+  MountProblem again(extended, true);
   again.solve();
   const Equations after(again.linearise());
   const std::array<double, kGroups> factors = variance_factors(after);
   const double variance = std::pow(std::max({1.0, factors[kBaseTurn], factors[kBasePosition]}), 2) *
                           std::max(1.0, correlation_of(after.linear, model) / model.noise.correlation);
-  if (event->chi2 < variance * model.options->event_chi2) return std::nullopt;
-  insert(model, *event);
-  return event;
+  return chi2 >= variance * model.options->event_chi2;
+}
+
+/// The most significant of a scale and a change, inserted into the model; false: there is none. A wrong scale looks like
+/// many changes, a change like a small scale.
+bool extend(Model& model, const MountProblem& problem, const Equations& equations,
+            std::vector<FoundEvent>& found) {
+  const auto confirmed = [&](const auto& unknown) {
+    Model extended = model;
+    insert(extended, unknown);
+    if (!is_confirmed(model, extended, unknown.chi2)) return false;
+    insert(model, unknown);
+    return true;
+  };
+  const auto event = find_event(model, problem, equations);
+  const FoundScale scale = find_scale(model, problem, equations);
+  const double least = std::max(event ? event->chi2 : 0, model.options->event_chi2);
+  if (scale.chi2 >= least && std::abs(scale.increment) > kMinScale && confirmed(scale)) return true;
+  if (!event || int(found.size()) >= kMaxEvents || !confirmed(*event)) return false;
+  found.push_back(*event);
+  return true;
 }
 
 /// Rejects by chi-square; returns how many changed.
@@ -136,6 +155,8 @@ MountResult result_of(const Model& model, const Equations& equations) {
   }
   result.time_offset = model.offset;
   result.time_offset_sigma = information.offset_sigma;
+  result.scale = model.scale;
+  result.scale_sigma = information.scale_sigma;
   const Pose world_from_plane = pose_of(model.frames[0].pose.data());
   for (std::size_t m = 0; m < model.markers.size(); ++m) {
     const Pose pose = world_from_plane * pose_of(model.markers[m].data());
@@ -168,11 +189,10 @@ MountResult result_of(const Model& model, const Equations& equations) {
 }  // namespace
 }  // namespace mount
 
-MountResult calibrate_mount(const MountData& data, const MountOptions& given) {
-  using namespace mount;
-  MountOptions options = given;
-  if (options.stations) options.estimate_time_offset = false;
-  const MountData started = with_start_poses(data, options);
+namespace mount {
+namespace {
+
+MountResult calibrate_started(const MountData& started, const MountOptions& options) {
   Model model = start_model(started, options);
   std::vector<FoundEvent> found;
   // Coarse and robust, until large events and outliers are known; then fine and robust, for noise and small events.
@@ -182,13 +202,8 @@ MountResult calibrate_mount(const MountData& data, const MountOptions& given) {
     MountProblem problem(model, true);
     problem.solve();
     const Equations equations(problem.linearise());
-    const bool looks_for_events = round == 0 || round == kCoarseRounds + 1;
-    if (looks_for_events && options.find_events && int(found.size()) < kMaxEvents) {
-      if (const auto event = confirmed_event(model, problem, equations)) {
-        found.push_back(*event);
-        continue;
-      }
-    }
+    const bool looks = options.find_events && (round == 0 || round == kCoarseRounds + 1);
+    if (looks && extend(model, problem, equations, found)) continue;
     update_noise(model, equations);
     if (round == kCoarseRounds - 1) reject(model, MountProblem(model, false).linearise());
     ++round;
@@ -206,6 +221,7 @@ MountResult calibrate_mount(const MountData& data, const MountOptions& given) {
       if (round + 1 < kFinalRounds) update_noise(model, *last);
     }
   }
+  require_agreement(model);
   MountProblem problem(model, false);
   problem.solve();
   const Equations equations(problem.linearise());
@@ -223,6 +239,18 @@ MountResult calibrate_mount(const MountData& data, const MountOptions& given) {
   }
   remark(result, options, mount_information(equations, options.estimate_time_offset));
   return result;
+}
+
+}  // namespace
+}  // namespace mount
+
+MountResult calibrate_mount(const MountData& data, const MountOptions& given) {
+  MountOptions options = given;
+  if (options.stations) options.estimate_time_offset = false;
+  const MountData started = mount::with_start_poses(data, options);
+  mount::check(started, options);
+  mount::require_unmistaken(started, options);
+  return mount::calibrate_started(started, options);
 }
 
 }  // namespace procam::calibrate

@@ -13,8 +13,10 @@ Equations::Equations(Linear the_linear) : linear(std::move(the_linear)) {
   normal = linear.jacobian.transpose() * linear.jacobian;
   factor.compute(normal);
   if (factor.info() != Eigen::Success)
-    throw Error(ErrorKind::kNotConverged, "mount", "the equations of the drive cannot be solved",
-                "check that poses and sightings belong to one drive, and drive longer");
+    throw Error(
+        ErrorKind::kNotConverged, "mount", "the equations of the drive cannot be solved",
+        "check that poses and sightings belong to one drive, that no clock was set during it, and that no two "
+        "markers have one id; or drive longer");
 }
 
 std::array<double, kGroups> variance_factors(const Equations& equations) {
@@ -97,13 +99,15 @@ MountInformation mount_information(const Equations& equations, bool with_offset)
   const MatX covariance = posterior.ldlt().solve(MatX::Identity(own, own));
   found.covariance = 0.5 * (covariance.topLeftCorner(n, n) + covariance.topLeftCorner(n, n).transpose());
   if (with_offset) found.offset_sigma = std::sqrt(std::max(covariance(n, n), 0.0));
-  const auto covariance_at = [&](Eigen::Index column) {
-    MatX unit = MatX::Zero(rest, 6);
-    unit.middleRows(column, 6).setIdentity();
-    const MatX rows = through.middleRows(column, 6);
-    const MatX fixed = MatX(factor.solve(unit)).middleRows(column, 6);
+  const auto covariance_at = [&](Eigen::Index column, Eigen::Index width = 6) {
+    MatX unit = MatX::Zero(rest, width);
+    unit.middleRows(column, width).setIdentity();
+    const MatX rows = through.middleRows(column, width);
+    const MatX fixed = MatX(factor.solve(unit)).middleRows(column, width);
     return MatX(fixed + rows * covariance * rows.transpose());
   };
+  if (linear.scale_column >= 0)
+    found.scale_sigma = std::sqrt(std::max(covariance_at(linear.scale_column, 1)(0, 0), 0.0));
   for (const Eigen::Index column : linear.marker_column)
     found.marker_covariance.push_back(covariance_at(column));
   if (linear.world_column >= 0) {
@@ -226,6 +230,19 @@ class Scan {
 };
 
 }  // namespace
+
+FoundScale find_scale(const Model& model, const MountProblem& problem, const Equations& equations) {
+  if (model.axes || model.estimates_scale) return {};
+  const Linear& linear = equations.linear;
+  VecX by = VecX::Zero(linear.residuals.size());
+  for (std::size_t i = 0; i < linear.base_row.size(); ++i)
+    if (linear.base_row[i] >= 0) by.segment<6>(linear.base_row[i]) = problem.by_scale(i);
+  const VecX mixed = linear.jacobian.transpose() * by;
+  const double information = by.squaredNorm() - mixed.dot(VecX(equations.factor.solve(mixed))),
+               gradient = by.dot(linear.residuals);
+  if (!(information > 0)) return {};
+  return {gradient * gradient / information, -gradient / information};
+}
 
 std::optional<FoundEvent> find_event(const Model& model, const MountProblem& problem,
                                      const Equations& equations) {

@@ -28,6 +28,7 @@ struct MountInformation {
   MatX data, posterior;  ///< information about the mount, all else eliminated
   MatX covariance;       ///< of the directions, after the stated measurements
   double offset_sigma = 0;
+  double scale_sigma = 0;               ///< of Model::scale, where it is estimated
   std::vector<MatX> marker_covariance;  ///< of the right increments, by marker
   MatX world_covariance;                ///< of the right increment of world_from_base; empty without it
   MatX directions_with_world;           ///< covariance of the directions (rows) with it (columns)
@@ -39,6 +40,13 @@ std::vector<bool> unobservable_directions(const MatX& information, double max_si
 
 /// Of each direction by the drive alone; infinite where it tells nothing.
 std::vector<double> direction_sigmas(const MatX& information);
+
+/// By what the lengths of the localiser differ from those of the sightings, to first order; chi2 with one degree of
+/// freedom. `problem` made the equations.
+struct FoundScale {
+  double chi2 = 0, increment = 0;
+};
+FoundScale find_scale(const Model& model, const MountProblem& problem, const Equations& equations);
 
 /// The most significant change, if there is one. `problem` made the equations.
 struct FoundEvent {

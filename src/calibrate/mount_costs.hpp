@@ -165,9 +165,10 @@ inline Pose in_plane(const Pose& pose) {
           Vec3(pose.translation.x(), pose.translation.y(), 0)};
 }
 
-/// Knot, next knot, frame of the localiser (reported = frame * path), time offset. Rows: rotation about the base's
-/// axes, position along the world's. A planar localiser does not measure what the floor adds.
-struct BaseCost : ceres::SizedCostFunction<6, 7, 7, 7, 1> {
+/// Knot, next knot, frame of the localiser (reported = frame * path), time offset, and the scale of the reported
+/// position. Rows: rotation about the base's axes, position along the world's. A planar localiser does not measure what
+/// the floor adds.
+struct BaseCost : ceres::SizedCostFunction<6, 7, 7, 7, 1, 1> {
   Pose measured;
   Vec6 inverse_sigma;
   double time, knot_time, spacing;  ///< localiser's clock; camera's clock
@@ -176,15 +177,16 @@ struct BaseCost : ceres::SizedCostFunction<6, 7, 7, 7, 1> {
     const BetweenKnots at =
         between_knots(pose_of(p[0]), pose_of(p[1]), (time - p[3][0] - knot_time) / spacing);
     const Pose path = planar ? in_plane(at.pose) : at.pose, predicted = pose_of(p[2]) * path;
+    const double scale = p[4][0];
     Vec6 error;
     error << so3_log(Eigen::Quaterniond(measured.rotation.conjugate() * predicted.rotation)),
-        predicted.translation - measured.translation;
+        scale * predicted.translation - measured.translation;
     Eigen::Map<Vec6>{residuals} = inverse_sigma.cwiseProduct(error);
     if (jacobians == nullptr) return true;
     Mat6 by_pose = Mat6::Zero();  // of the right increment
     const Mat3 half = 0.5 * hat(Vec3(error.head<3>()));
     by_pose.topLeftCorner<3, 3>() = Mat3::Identity() + half + half * half / 3;
-    by_pose.bottomRightCorner<3, 3>() = predicted.rotation_matrix();
+    by_pose.bottomRightCorner<3, 3>() = scale * predicted.rotation_matrix();
     by_pose = inverse_sigma.asDiagonal() * by_pose;
     write(jacobians, 2, by_pose * adjoint(path.inverse()));
     if (planar)  // to first order in the tilt
@@ -192,6 +194,9 @@ struct BaseCost : ceres::SizedCostFunction<6, 7, 7, 7, 1> {
     write(jacobians, 0, by_pose * at.by_first);
     write(jacobians, 1, by_pose * at.by_second);
     if (jacobians[3] != nullptr) Eigen::Map<Vec6>{jacobians[3]} = -(by_pose * at.by_alpha) / spacing;
+    if (jacobians[4] != nullptr)
+      Eigen::Map<Vec6>{jacobians[4]} << Vec3::Zero(),
+          inverse_sigma.tail<3>().cwiseProduct(predicted.translation);
     return true;
   }
 };

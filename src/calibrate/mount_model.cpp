@@ -108,6 +108,8 @@ struct MountProblem::Impl {
       problem.AddParameterBlock(model.axes->data(), 2);
       add_angles();
     } else {
+      problem.AddParameterBlock(&model.scale, 1);
+      if (!model.estimates_scale) problem.SetParameterBlockConstant(&model.scale);
       add_base();
     }
     add_sightings();
@@ -139,7 +141,8 @@ struct MountProblem::Impl {
       base_block[i] = int(blocks.size());
       Epoch& frame = model.frames[model.epoch(model.frames, pose.time)];
       add(cost, true, rows,
-          {model.knots[at->knot].data(), model.knots[at->next].data(), frame.pose.data(), &model.offset});
+          {model.knots[at->knot].data(), model.knots[at->next].data(), frame.pose.data(), &model.offset,
+           &model.scale});
     }
   }
 
@@ -278,19 +281,21 @@ struct MountProblem::Impl {
     add(time, false, all(kOther), {&model.offset});
   }
 
-  /// A block's residuals and its derivative by one parameter, with the robust weight.
-  Mat6 derivative(int block, int parameter) const {
+  /// The derivative of a block's residuals by one parameter of `columns` numbers, with the robust weight.
+  template <int columns>
+  Eigen::Matrix<double, 6, columns> derivative(int block, int parameter) const {
     const ceres::CostFunction* cost = problem.GetCostFunctionForResidualBlock(blocks[std::size_t(block)]);
     std::vector<double*> parameters;
     problem.GetParameterBlocksForResidualBlock(blocks[std::size_t(block)], &parameters);
-    RowMat6x7 by = RowMat6x7::Zero();
+    // Eigen keeps a single column by columns: the same order.
+    Eigen::Matrix<double, 6, columns, columns == 1 ? Eigen::ColMajor : Eigen::RowMajor> by;
     std::vector<double*> jacobians(parameters.size(), nullptr);
     jacobians[std::size_t(parameter)] = by.data();
     Vec6 residuals = Vec6::Zero();
     cost->Evaluate(parameters.data(), residuals.data(), jacobians.data());
     const double norm = residuals.norm();
     const double weight = robust && norm > kHuberNorm ? std::sqrt(kHuberNorm / norm) : 1;
-    return weight * by.leftCols<6>();
+    return weight * by;
   }
 };
 
@@ -314,10 +319,13 @@ void MountProblem::solve() {
 }
 
 Mat6 MountProblem::by_frame(std::size_t base) const {
-  return impl_->derivative(impl_->base_block[base], 2);
+  return impl_->derivative<7>(impl_->base_block[base], 2).leftCols<6>();
+}
+Vec6 MountProblem::by_scale(std::size_t base) const {
+  return impl_->derivative<1>(impl_->base_block[base], 4);
 }
 Mat6 MountProblem::by_mount(std::size_t sighting) const {
-  return impl_->derivative(impl_->sighting_block[sighting], 2);
+  return impl_->derivative<7>(impl_->sighting_block[sighting], 2).leftCols<6>();
 }
 
 Linear MountProblem::linearise() {
@@ -340,6 +348,7 @@ Linear MountProblem::linearise() {
   for (Epoch& frame : model.frames) take(frame.pose.data());
   for (PoseBlock& marker : model.markers) linear.marker_column.push_back(take(marker.data()));
   if (model.world) linear.world_column = take(model.world->data());
+  if (!model.axes) linear.scale_column = take(&model.scale);
   for (Epoch& mount : model.mounts) linear.mount_column = take(mount.pose.data());
   if (model.axes) take(model.axes->data());
   take(&model.offset);

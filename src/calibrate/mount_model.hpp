@@ -57,6 +57,9 @@ struct Model {
   std::vector<PoseBlock> markers;
   std::vector<int> marker_of;  ///< by sighting
   double offset = 0;
+  /// Reported position = scale * position in the metres of the sightings. Exactly 1 until lengths are seen to disagree.
+  double scale = 1;
+  bool estimates_scale = false;
   Noise noise;
   /// At the start a sighting counts no more than a pose of the localiser: else the path, which follows the precise
   /// sightings, would follow the wrong ones too.
@@ -85,6 +88,7 @@ struct Linear {
   std::vector<int> base_row, sighting_row;     ///< first row of each base pose and sighting; -1: not used
   std::vector<Eigen::Index> marker_column;     ///< first column of each marker
   Eigen::Index world_column = -1;              ///< of world_from_base
+  Eigen::Index scale_column = -1;              ///< of Model::scale
   Eigen::Index mount_column = 0, columns = 0;  ///< of the last mount
   MatX prior_information;  ///< of what the stated measurements say of the last mount (6 x 6)
   VecX prior_gradient;
@@ -99,8 +103,9 @@ class MountProblem {
   void solve();
   Linear linearise();
   /// Derivative of a base pose's or sighting's residual, whitened and with its robust weight: by the frame of the
-  /// localiser (right increments), and by the mount (its directions).
+  /// localiser (right increments), by its scale, and by the mount (its directions).
   Mat6 by_frame(std::size_t base) const;
+  Vec6 by_scale(std::size_t base) const;
   Mat6 by_mount(std::size_t sighting) const;
 
  private:

@@ -28,7 +28,7 @@ Words words_of(MountCarrier carrier) {
               "motion of the head",
               "the head",
               "angles",
-              "a motor lost steps, or the head's foot moved",
+              "the pan motor lost steps, or the head's foot moved",
               "check that the log and the images are of one run"};
     default:
       return {"the base",
@@ -94,6 +94,21 @@ void require_observable(const MountInformation& information, const Model& model)
               remedy(missing, options.carrier));
 }
 
+void require_agreement(const Model& model) {
+  const Words words = words_of(model.options->carrier);
+  const auto require_most = [&](const std::vector<char>& use, const std::string& what) {
+    const auto rejected = std::count(use.begin(), use.end(), 0);
+    if (2 * std::size_t(rejected) <= use.size()) return;
+    throw Error(ErrorKind::kDegenerate, "mount",
+                std::to_string(rejected) + " of " + std::to_string(use.size()) + " " + what +
+                    " contradict the others",
+                "check that poses and sightings are of one " + words.motion +
+                    ", that no clock was set during it, and that frames, units and markers are those stated");
+  };
+  require_most(model.use_base, words.poses);
+  require_most(model.use_sighting, "sightings");
+}
+
 namespace {
 
 void remark_on_rejected(const MountResult& result, Diagnostics& diagnostics) {
@@ -122,19 +137,74 @@ void remark_on_event(const MountEvent& event, MountCarrier carrier, Diagnostics&
                            fixed(change.head<3>().norm() / kDegree, 2) + " degrees";
   if (event.kind == MountEvent::Kind::kRigBumped)
     diagnostics.warn("rig_bumped",
-                     "the rig moved on " + words.carrier + " at " + fixed(event.time, 2) + " s by " + size +
+                     "the rig moved on " + words.carrier +
+                         (carrier == MountCarrier::kHead ? ", or the tilt motor lost steps," : "") + " at " +
+                         fixed(event.time, 2) + " s by " + size +
                          "; the mount is that of the time after. Fix the rig and repeat the " + words.motion);
   else
-    diagnostics.warn("localiser_jumped", "the " + words.poses + " moved at " + fixed(event.time, 2) +
-                                             " s by " + size + ": " + words.jumped +
-                                             "; the solve allows for it");
+    diagnostics.warn("localiser_jumped",
+                     "the " + words.poses + " moved at " + fixed(event.time, 2) + " s by " + size + ": " +
+                         words.jumped + "; the solve allows for it" +
+                         (carrier == MountCarrier::kBase
+                              ? ""
+                              : ". Where " + words.source + " stands is that of the time before"));
   constexpr double kClear = 0.7;
   if (event.other_chi2 > kClear * event.chi2)
-    diagnostics.warn("event_unclear", "at " + fixed(event.time, 2) + " s a moved rig and a jump of " +
-                                          words.source + " explain the " + words.motion +
-                                          " nearly equally well (chi-square " + fixed(event.chi2, 0) +
-                                          " and " + fixed(event.other_chi2, 0) +
-                                          "); repeat it with more turns after this time");
+    diagnostics.warn("event_unclear",
+                     "at " + fixed(event.time, 2) + " s a moved rig and a jump of " + words.source +
+                         " explain the " + words.motion + " nearly equally well (chi-square " +
+                         fixed(event.chi2, 0) + " and " + fixed(event.other_chi2, 0) +
+                         "), as does a clock that was set; repeat it with more turns after this time");
+}
+
+/// Lengths that disagree: the mount is in the metres of the sightings, and it is as wrong as they may be.
+void remark_on_scale(const MountResult& result, Diagnostics& diagnostics) {
+  constexpr double kSure = 5, kLargest = 0.005;  // sigmas; metres on the mount
+  const double off = result.scale - 1;
+  if (!(result.scale_sigma > 0) || std::abs(off) < kSure * result.scale_sigma) return;
+  const Words words = words_of(result.carrier);
+  double square = 0;
+  for (const Eigen::Index i : {0, 1, 2})
+    if (result.directions[std::size_t(3 + i)].observable)
+      square += std::pow(result.base_from_rig.pose.translation[i], 2);
+  const double effect = std::abs(off) * std::sqrt(square);
+  const std::string text =
+      "lengths by " + words.source + " are " +
+      format("%+.2f +- %.2f %%", 100 * off, 100 * result.scale_sigma) +
+      " off those by the markers, and the mount may be " + mm(effect, 1) +
+      " off: measure the markers' black squares" +
+      (result.carrier == MountCarrier::kBase ? ", or correct the odometry's wheels" : "");
+  if (effect > kLargest)
+    diagnostics.fail("lengths_disagree", text);
+  else
+    diagnostics.warn("lengths_disagree", text);
+}
+
+void remark_on_changes(const MountResult& result, Diagnostics& diagnostics) {
+  if (int(result.events.size()) < kMaxEvents) return;
+  const Words words = words_of(result.carrier);
+  diagnostics.fail("too_many_changes",
+                   "the recording contradicts itself: it would take " + std::to_string(kMaxEvents) +
+                       " changes or more to explain it. Check that no clock was set meanwhile, that no two "
+                       "markers have one id, and the scale of the " +
+                       words.poses + "; do not use this mount");
+}
+
+/// An arm and a head have a known noise; more is an error that lasts.
+void remark_on_carrier(const MountResult& result, const MountOptions& options, Diagnostics& diagnostics) {
+  constexpr double kNoisier = 3;
+  if (result.carrier == MountCarrier::kBase) return;
+  const Words words = words_of(result.carrier);
+  const double worst = std::max(result.rotation_sigma / options.rotation_sigma,
+                                result.position_sigma / options.position_sigma);
+  if (worst < kNoisier) return;
+  diagnostics.warn(
+      "poses_noisier",
+      "the " + words.poses + " scatter " + fixed(worst, 1) + " times as much as stated (--noise): " +
+          (result.carrier == MountCarrier::kHead
+               ? "a wrong gear ratio or sign, pan and tilt exchanged, play in the axes, or a clock "
+                 "that was set"
+               : "the arm's kinematic errors, wrong units, or a clock that was set"));
 }
 
 void remark_on_noise(const MountResult& result, const MountOptions& options, Diagnostics& diagnostics) {
@@ -190,7 +260,10 @@ void remark(MountResult& result, const MountOptions& options, const MountInforma
                                                 " as stated, with the stated sigma");
   remark_on_rejected(result, diagnostics);
   for (const MountEvent& event : result.events) remark_on_event(event, result.carrier, diagnostics);
+  remark_on_scale(result, diagnostics);
+  remark_on_changes(result, diagnostics);
   remark_on_noise(result, options, diagnostics);
+  remark_on_carrier(result, options, diagnostics);
   remark_on_statements(result, options, information, diagnostics);
 }
 

@@ -17,42 +17,6 @@ constexpr double kMargin = 0.1;        // s: of knots about the base poses, as t
 constexpr std::size_t kMaxKnots = 40000;      // a drive of half an hour
 constexpr double kMinRotation = 5 * kDegree;  // between two sightings, to start from
 
-void check(const MountData& data, const MountOptions& options) {
-  require(options.position_sigma > 0 && options.rotation_sigma > 0 && options.acceleration > 0 &&
-              options.turn_acceleration > 0 && options.max_sigma > 0 && options.max_time_offset > 0 &&
-              options.station_time > 0 && options.floor_sigma > 0 && options.floor_tilt_sigma > 0 &&
-              std::isfinite(options.time_offset),
-          "calibrate_mount: an option's sigma is not positive");
-  require(!options.height || (std::isfinite(options.height->value) && options.height->sigma > 0),
-          "calibrate_mount: the height needs a positive sigma");
-  require(!options.prior || (options.prior->pose.is_finite() &&
-                             Eigen::LLT<Mat6>(options.prior->covariance).info() == Eigen::Success),
-          "calibrate_mount: the prior needs a positive definite covariance");
-  const std::size_t needed = options.stations ? kMinStations : kMinBasePoses;
-  if (data.base.size() < needed)
-    throw Error(ErrorKind::kNotEnoughData, "poses of the base",
-                "there are " + std::to_string(data.base.size()) + ", and at least " + std::to_string(needed) +
-                    " are needed",
-                options.stations ? "move to ten stations or more, each with the rig turned another way"
-                                 : "record a motion of 30 s or more");
-  for (std::size_t i = 0; i < data.base.size(); ++i) {
-    require(std::isfinite(data.base[i].time) && data.base[i].world_from_base.is_finite(),
-            "calibrate_mount: a base pose is not finite");
-    if (i > 0 && !(data.base[i].time > data.base[i - 1].time))
-      throw Error(ErrorKind::kInput, "pose " + std::to_string(i + 1) + " of the base",
-                  "its time is not after that of the pose before", "sort the poses by time, one a time");
-  }
-  for (const MarkerSighting& seen : data.sightings) {
-    require(std::isfinite(seen.time) && seen.marker_from_rig.pose.is_finite() &&
-                seen.marker_from_rig.covariance.allFinite(),
-            "calibrate_mount: a sighting is not finite");
-    if (Eigen::LLT<Mat6>(seen.marker_from_rig.covariance).info() != Eigen::Success)
-      throw Error(ErrorKind::kInput, "a sighting of " + seen.marker,
-                  "its covariance is not positive definite, as that of a measurement is",
-                  "give the covariance of locate-projector as it is");
-  }
-}
-
 Vec3 upright(const Pose& world_from_base) {
   return world_from_base.rotate(Vec3::UnitZ());
 }
@@ -389,6 +353,42 @@ void start_names(Model& model) {
 
 }  // namespace
 
+void check(const MountData& data, const MountOptions& options) {
+  require(options.position_sigma > 0 && options.rotation_sigma > 0 && options.acceleration > 0 &&
+              options.turn_acceleration > 0 && options.max_sigma > 0 && options.max_time_offset > 0 &&
+              options.station_time > 0 && options.floor_sigma > 0 && options.floor_tilt_sigma > 0 &&
+              std::isfinite(options.time_offset),
+          "calibrate_mount: an option's sigma is not positive");
+  require(!options.height || (std::isfinite(options.height->value) && options.height->sigma > 0),
+          "calibrate_mount: the height needs a positive sigma");
+  require(!options.prior || (options.prior->pose.is_finite() &&
+                             Eigen::LLT<Mat6>(options.prior->covariance).info() == Eigen::Success),
+          "calibrate_mount: the prior needs a positive definite covariance");
+  const std::size_t needed = options.stations ? kMinStations : kMinBasePoses;
+  if (data.base.size() < needed)
+    throw Error(ErrorKind::kNotEnoughData, "poses of the base",
+                "there are " + std::to_string(data.base.size()) + ", and at least " + std::to_string(needed) +
+                    " are needed",
+                options.stations ? "move to ten stations or more, each with the rig turned another way"
+                                 : "record a motion of 30 s or more");
+  for (std::size_t i = 0; i < data.base.size(); ++i) {
+    require(std::isfinite(data.base[i].time) && data.base[i].world_from_base.is_finite(),
+            "calibrate_mount: a base pose is not finite");
+    if (i > 0 && !(data.base[i].time > data.base[i - 1].time))
+      throw Error(ErrorKind::kInput, "pose " + std::to_string(i + 1) + " of the base",
+                  "its time is not after that of the pose before", "sort the poses by time, one a time");
+  }
+  for (const MarkerSighting& seen : data.sightings) {
+    require(std::isfinite(seen.time) && seen.marker_from_rig.pose.is_finite() &&
+                seen.marker_from_rig.covariance.allFinite(),
+            "calibrate_mount: a sighting is not finite");
+    if (Eigen::LLT<Mat6>(seen.marker_from_rig.covariance).info() != Eigen::Success)
+      throw Error(ErrorKind::kInput, "a sighting of " + seen.marker,
+                  "its covariance is not positive definite, as that of a measurement is",
+                  "give the covariance of locate-projector as it is");
+  }
+}
+
 MountData with_start_poses(const MountData& data, const MountOptions& options) {
   MountData started = data;
   if (options.carrier != MountCarrier::kHead) return started;
@@ -410,12 +410,14 @@ MountData with_start_poses(const MountData& data, const MountOptions& options) {
               fixed(std::max(0.0, high[i] - low[i]) / kDegree, 1) +
               " degrees only: that axis, i.e. the axis offset and the axis angle, and the rig's pose against "
               "it are unobservable",
-          "move pan and tilt, each by 20 degrees or more, while a marker is seen");
+          "move pan and tilt, each by 20 degrees or more, while a marker is seen; the angles of a log are degrees");
   return started;
 }
 
-Model start_model(const MountData& data, const MountOptions& options) {
-  check(data, options);
+namespace {
+
+/// Without the pose of the rig, the markers and the world.
+Model model_with_path(const MountData& data, const MountOptions& options) {
   Model model;
   model.data = &data;
   model.options = &options;
@@ -434,6 +436,45 @@ Model start_model(const MountData& data, const MountOptions& options) {
   if (options.carrier == MountCarrier::kHead) model.axes = {0, kPi / 2};
   start_knots(model);
   start_names(model);
+  return model;
+}
+
+}  // namespace
+
+double start_misfit(const MountData& data, const MountOptions& options) {
+  Model model = model_with_path(data, options);
+  const std::vector<Pair> pairs = pairs_of(model, 600);
+  start_offset(model, pairs);
+  std::vector<double> misfits;
+  try {
+    const HandEyePairs turning = turning_pairs(model, pairs);
+    const Pose mount = hand_eye(model, pairs);
+    for (std::size_t i = 0; i < turning.base.size(); ++i)
+      misfits.push_back((turning.base[i] * mount.translation - mount * turning.rig[i].translation).norm());
+  } catch (const Error&) {
+  }
+  constexpr double kTurnAlike = 0.5;
+  if (double(misfits.size()) < kTurnAlike * double(pairs.size()) || misfits.empty())
+    return std::numeric_limits<double>::infinity();
+  return median(std::move(misfits));
+}
+
+namespace {
+
+/// Of two clocks, or of two units.
+std::string times_of(const MountData& data) {
+  if (data.sightings.empty()) return "";
+  const auto [first, last] =
+      std::minmax_element(data.sightings.begin(), data.sightings.end(),
+                          [](const auto& one, const auto& other) { return one.time < other.time; });
+  return ": poses from " + fixed(data.base.front().time, 2) + " to " + fixed(data.base.back().time, 2) +
+         " s, sightings from " + fixed(first->time, 2) + " to " + fixed(last->time, 2) + " s";
+}
+
+}  // namespace
+
+Model start_model(const MountData& data, const MountOptions& options) {
+  Model model = model_with_path(data, options);
   const std::size_t needed = options.stations ? kMinAtStations : kMinSightings;
   std::size_t inside = 0;
   for (const MarkerSighting& seen : data.sightings) inside += model.at(seen.time) ? 1 : 0;
@@ -441,8 +482,9 @@ Model start_model(const MountData& data, const MountOptions& options) {
     throw Error(ErrorKind::kNotEnoughData, "sightings",
                 std::to_string(inside) + " of " + std::to_string(data.sightings.size()) +
                     " are within the times of the base poses, and at least " + std::to_string(needed) +
-                    " are needed",
-                "record both on one drive and one clock, or give the clocks' difference as --time-offset");
+                    " are needed" + times_of(data),
+                "record both on one drive and one clock, in seconds, or give the clocks' difference as "
+                "--time-offset");
   const std::vector<Pair> pairs = pairs_of(model, 600);
   start_offset(model, pairs);
   Pose mount = options.prior ? options.prior->pose : hand_eye(model, pairs);

@@ -127,6 +127,10 @@ void bind_result(py::module_& m) {
       .field("time_offset", &calibrate::MountResult::time_offset,
              "localiser time = camera time + time_offset, seconds")
       .field("time_offset_sigma", &calibrate::MountResult::time_offset_sigma, "standard deviation, seconds")
+      .field("scale", &calibrate::MountResult::scale,
+             "lengths of the localiser over those of the sightings; 1 where no difference is significant")
+      .field("scale_sigma", &calibrate::MountResult::scale_sigma,
+             "standard deviation; 0 where it is not estimated")
       .field("markers", &calibrate::MountResult::markers, "all that were seen, by name")
       .field("planar", &calibrate::MountResult::planar, "")
       .field("path", &calibrate::MountResult::path, "estimated, at the knots")

@@ -126,6 +126,8 @@ static void fields(Fields& f, const MountResult& result) {
   f.field("planar", result.planar);
   f.field("time_offset", result.time_offset);
   f.field("time_offset_sigma", result.time_offset_sigma);
+  f.field("scale", result.scale);
+  f.field("scale_sigma", result.scale_sigma);
   f.field("position_sigma", result.position_sigma);
   f.field("rotation_sigma_deg", result.rotation_sigma / kDegree);
   f.field("correlation", result.correlation);

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <fstream>
 
+#include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/files.hpp"
@@ -42,6 +43,34 @@ class MessageTime {
   bool stamped_;
 };
 
+/// Stamps that jump against the arrivals: a clock was set. Medians of the messages before and after.
+template <typename Message>
+void remark_on_clock(const std::vector<Message>& messages, const std::string& file,
+                     Diagnostics& diagnostics) {
+  constexpr std::size_t kSide = 10;
+  constexpr double kMinJump = 0.03;  // s: more than the scatter of a median of ten
+  std::vector<double> ages;
+  for (const Message& message : messages)
+    if (message.stamp) ages.push_back(message.arrival - *message.stamp);
+  if (ages.size() != messages.size()) return;
+  const auto spread = [](const std::vector<double>& side) {
+    const auto [low, high] = std::minmax_element(side.begin(), side.end());
+    return *high - *low;
+  };
+  double largest = 0, at = 0;
+  for (std::size_t i = kSide; i + kSide <= ages.size(); ++i) {
+    const auto middle = ages.begin() + std::ptrdiff_t(i);
+    const std::vector<double> before(middle - kSide, middle), after(middle, middle + kSide);
+    const double jump = median(before) - median(after);
+    if (std::abs(jump) <= std::max(std::abs(largest), 2 * std::max(spread(before), spread(after)))) continue;
+    largest = jump, at = *messages[i].stamp;
+  }
+  if (std::abs(largest) < kMinJump) return;
+  diagnostics.warn("clock_jumped", file + ": the stamps jump by " + fixed(1e3 * largest, 0) +
+                                       " ms against the arrivals at " + fixed(at, 2) +
+                                       " s: a clock was set. Use the part before or after alone");
+}
+
 void add_input(MountRecording& recording, const std::string& file) {
   if (fs::is_regular_file(file)) recording.inputs.push_back({file, io::sha256_of_file(file)});
 }
@@ -63,6 +92,24 @@ std::vector<track::StampedPose> messages_of(std::vector<track::StampedPose> mess
                 others.empty() ? "give a log that holds poses"
                                : "it holds " + and_list(others) + ": name the right one with " + flag);
   return kept;
+}
+
+/// Where most poses equal the one before, bit for bit, the localiser sends its last one again with a new stamp.
+void drop_repeats(const std::string& file, MountRecording& recording) {
+  std::vector<BasePose>& base = recording.data.base;
+  const auto repeats = [](const BasePose& one, const BasePose& next) {
+    return one.world_from_base.translation == next.world_from_base.translation &&
+           one.world_from_base.rotation.coeffs() == next.world_from_base.rotation.coeffs();
+  };
+  std::vector<BasePose> kept;
+  for (std::size_t i = 0; i < base.size(); ++i)
+    if (i == 0 || !repeats(base[i - 1], base[i])) kept.push_back(base[i]);
+  const std::size_t repeated = base.size() - kept.size();
+  if (2 * repeated < base.size() || kept.size() < 2) return;
+  recording.diagnostics.note("poses_repeated", file + ": " + std::to_string(repeated) + " of " +
+                                                   std::to_string(base.size()) +
+                                                   " poses repeat the one before and are skipped");
+  base = std::move(kept);
 }
 
 void read_base(const MountFiles& files, MountRecording& recording) {
@@ -87,6 +134,8 @@ void read_base(const MountFiles& files, MountRecording& recording) {
     else
       base.push_back({time(message), message.frame_from_child});
   }
+  remark_on_clock(messages, files.base, recording.diagnostics);
+  drop_repeats(files.base, recording);
   if (dropped > 0)
     recording.diagnostics.note("poses_out_of_order",
                                files.base + ": " + std::to_string(dropped) + " of " +
@@ -106,6 +155,7 @@ void read_angles(const MountFiles& files, MountRecording& recording) {
     else
       angles.push_back({time, message.pan, message.tilt});
   }
+  remark_on_clock(log, files.angles, recording.diagnostics);
   if (dropped > 0)
     recording.diagnostics.note("poses_out_of_order",
                                files.angles + ": " + std::to_string(dropped) + " of " +
@@ -122,6 +172,7 @@ void read_sightings(const MountFiles& files, MountRecording& recording) {
       messages_of(track::read_pose_log(files.sightings), files.rig, files.sightings, "--rig-frame");
   if (files.sightings != files.base) add_input(recording, files.sightings);
   const MessageTime time(messages, files.sightings, recording.diagnostics);
+  remark_on_clock(messages, files.sightings, recording.diagnostics);
   for (const track::StampedPose& message : messages) {
     if (!message.covariance)
       throw Error(ErrorKind::kInput, files.sightings,

@@ -7,9 +7,11 @@
 #include <cstdio>
 #include <fstream>
 #include <mutex>
+#include <set>
 #include <thread>
 #include <utility>
 
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_sink.hpp"
@@ -99,8 +101,12 @@ struct LightWatch::State {
   std::thread thread;
   // Of the thread.
   MarkerCells cells;
+  std::set<int> other_markers;  ///< seen, and not in the map
+  bool knows_map = false;       ///< a marker of it was seen, or it was said that none was
+  double first_look = -1;
   std::string said_of_correction;
-  double corrected_by = 0;  ///< metres, in all
+  std::string said_of_fault;  ///< until an image can be used again
+  double corrected_by = 0;    ///< metres, in all
   double last_image = device::now_s();
 
   State(Open opening, const LightWatchOptions& given)
@@ -128,7 +134,10 @@ struct LightWatch::State {
     {
       const std::lock_guard<std::mutex> lock(mutex);
       ++status.faults;
-      tell(std::string("watch: ") + error.what());
+      status.state = kNoImages;
+      status.sentence = error.what();
+      tell(said_of_fault == error.what() ? "" : "watch: " + status.sentence);
+      said_of_fault = error.what();
     }
     const auto* known = dynamic_cast<const Error*>(&error);
     if (camera && (known == nullptr || known->kind() != ErrorKind::kDevice)) return;
@@ -210,14 +219,40 @@ struct LightWatch::State {
     std::vector<track::PoseSight> sights;
     if (found.rig && found.rig->cells > 0)
       sights.push_back({found.time, drawn_for, found.rig->information, found.rig->score});
-    if (!options.markers.markers.empty())
-      if (auto seen = sight_of_markers(image, found.time, options.camera, options.markers, cells, drawn_for))
+    if (!options.markers.markers.empty()) {
+      const MarkerDetections markers = detect::detect_marker_edges(image, cells, {options.camera.camera});
+      look_for_map(markers);
+      if (auto seen = sight_of_markers(markers, found.time, options.camera, options.markers, drawn_for))
         sights.push_back(*seen);
+    }
     if (sights.empty()) return;
     const std::lock_guard<std::mutex> lock(mutex);
     status.is_corrected = true;
     tell("");
     news->sights.insert(news->sights.end(), sights.begin(), sights.end());
+  }
+
+  /// Says once that the map fits nothing that is there: other ids, another dictionary.
+  void look_for_map(const MarkerDetections& found) {
+    if (knows_map) return;
+    const auto& map = options.markers.markers;
+    for (const SeenMarker& seen : found.markers) {
+      if (std::any_of(map.begin(), map.end(), [&](const PlacedMarker& one) { return one.id == seen.id; })) {
+        knows_map = true;
+        return;
+      }
+      other_markers.insert(seen.id);
+    }
+    if (first_look < 0) first_look = device::now_s();
+    if (device::now_s() - first_look < options.map_patience) return;
+    knows_map = true;
+    std::vector<std::string> others;
+    for (const int id : other_markers) others.push_back(std::to_string(id));
+    const std::lock_guard<std::mutex> lock(mutex);
+    tell("watch: none of the " + std::to_string(map.size()) + " markers of the map was seen for " +
+         fixed(options.map_patience, 0) + " s" +
+         (others.empty() ? ": check that the camera sees them, and the dictionary"
+                         : "; " + and_list(others) + ", which are seen, are not in it: check the ids"));
   }
 
   void take_wish() {
@@ -279,6 +314,7 @@ struct LightWatch::State {
 
   void report(const watch::WatchReport& seen) {
     write_line(seen);
+    said_of_fault.clear();
     const std::lock_guard<std::mutex> lock(mutex);
     const bool is_new = status.state != to_string(seen.state) || status.is_alarm != seen.is_alarm;
     ++status.checks;

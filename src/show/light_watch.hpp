@@ -41,6 +41,7 @@ struct LightWatchOptions {
   std::string save;  ///< file for the rig with the corrected projector; empty: none
   /// With watch.locates_rig: markers of the world that the same images are searched for; may be empty.
   MarkerMap markers;
+  double map_patience = 10;  ///< seconds without any of these markers, until it is said
 };
 
 class LightWatch {

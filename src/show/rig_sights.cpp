@@ -2,21 +2,19 @@
 
 #include <Eigen/Cholesky>
 
-#include "procam/detect/marker_edges.hpp"
 #include "procam/track/locate.hpp"
 
 namespace procam::show {
 
-std::optional<track::PoseSight> sight_of_markers(const ImageU8& image, double time, const RigCamera& camera,
-                                                 const MarkerMap& map, const MarkerCells& cells,
+std::optional<track::PoseSight> sight_of_markers(const MarkerDetections& found, double time,
+                                                 const RigCamera& camera, const MarkerMap& map,
                                                  const Pose& expected_world_from_rig) {
   // What the localiser says decides between two similar poses.
   track::LocateOptions options;
   options.largest_odds = 1;
   track::LocateResult seen;
   try {
-    seen = track::locate(detect::detect_marker_edges(image, cells, {camera.camera}), camera.camera, map,
-                         options);
+    seen = track::locate(found, camera.camera, map, options);
   } catch (const Error& error) {
     if (error.kind() == ErrorKind::kNotEnoughData || error.kind() == ErrorKind::kDegenerate ||
         error.kind() == ErrorKind::kNotConverged)

@@ -9,10 +9,10 @@
 
 namespace procam::show {
 
-/// From the markers of the map in the image. Of two similar poses it is the one nearer to `expected`. nullopt: no marker of the
+/// From the markers of the map among those in an image. Of two similar poses it is the one nearer to `expected`. nullopt: no marker of the
 /// map is seen, or they contradict each other.
-std::optional<track::PoseSight> sight_of_markers(const ImageU8& image, double time, const RigCamera& camera,
-                                                 const MarkerMap& map, const MarkerCells& cells,
+std::optional<track::PoseSight> sight_of_markers(const MarkerDetections& found, double time,
+                                                 const RigCamera& camera, const MarkerMap& map,
                                                  const Pose& expected_world_from_rig);
 
 }  // namespace procam::show

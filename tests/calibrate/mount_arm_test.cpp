@@ -223,6 +223,21 @@ TEST(MountOnHead, IsFoundWithItsAxesAndPlace) {
   EXPECT_NEAR(result.time_offset, made.time_offset, 4 * result.time_offset_sigma);
 }
 
+TEST(MountOnHead, WithAWrongGearRatioIsReported) {
+  HeadRunOptions motion;
+  motion.seed = 5;
+  motion.duration = 30;
+  const HeadRun made = simulate::head_run(motion);
+  MountOptions options = head();
+  EXPECT_EQ(calibrate_mount(data_of(made), options).diagnostics.find("poses_noisier"), nullptr);
+  MountData data = data_of(made);
+  for (HeadAngles& angles : data.angles) angles.tilt *= 1.05;
+  options.find_events = false;
+  const Diagnostic* const remark = calibrate_mount(data, options).diagnostics.find("poses_noisier");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_NE(remark->message.find("gear"), std::string::npos) << remark->message;
+}
+
 TEST(MountOnHead, WithOneAxisAtRestIsRefused) {
   HeadRunOptions motion;
   motion.seed = 4;

@@ -89,6 +89,7 @@ TEST(Mount, OfAPlanarDriveIsFoundWithTimeOffsetAndCovariance) {
   EXPECT_NEAR(result.position_sigma, 0.010, 0.001);
   EXPECT_NEAR(result.rotation_sigma, 0.5 * kDegree, 0.05 * kDegree);
   EXPECT_NEAR(result.sighting_factor, 1, 0.1);
+  EXPECT_EQ(result.scale, 1);  // lengths agree: no unknown is spent on them
   ASSERT_EQ(result.markers.size(), 8u);
   EXPECT_NE(result.diagnostics.find("stated_not_observed"), nullptr);
 }
@@ -170,13 +171,80 @@ TEST(Mount, RefusesRecordingsThatDoNotBelongTogether) {
   const MountDrive made = walk(uneven(84), 20);
   MountData data = data_of(made);
   for (MarkerSighting& seen : data.sightings) seen.time += 100;
-  EXPECT_NE(refusal(data, {}, ErrorKind::kNotEnoughData).find("clock"), std::string::npos);
+  const std::string apart = refusal(data, {}, ErrorKind::kNotEnoughData);
+  EXPECT_NE(apart.find("clock"), std::string::npos) << apart;
+  EXPECT_NE(apart.find(" s, sightings from "), std::string::npos) << apart;
   data = data_of(made);
   std::swap(data.base[5], data.base[6]);
   refusal(data, {}, ErrorKind::kInput);
   data = data_of(made);
   data.sightings[3].marker_from_rig.covariance.setZero();
   refusal(data, {}, ErrorKind::kInput);
+}
+
+TEST(Mount, IsRightWithWheelsOfAnotherSize) {
+  const MountDrive made = walk(uneven(85), 40);
+  MountData data = data_of(made);
+  for (BasePose& pose : data.base) pose.world_from_base.translation *= 1.03;
+  const MountResult result = calibrate_mount(data, with_height(made, 85));
+  EXPECT_GT(result.scale_sigma, 0);
+  EXPECT_LT(result.scale_sigma, 0.001);
+  EXPECT_NEAR(result.scale, 1.03, 4 * result.scale_sigma);
+  EXPECT_TRUE(result.events.empty());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  const Diagnostic* const remark = result.diagnostics.find("lengths_disagree");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_NE(remark->message.find("+2.98 +- 0.04 %"), std::string::npos) << remark->message;
+  EXPECT_EQ(remark->severity, Severity::kFailure);  // 5.6 mm of x and y
+}
+
+TEST(Mount, NamesWhatIsMistakenInARecording) {
+  const MountDrive made = walk(uneven(86), 30);
+  const MountOptions options = with_height(made, 86);
+  const auto refused = [&](bool of_base, const auto& mistaken, const std::string& words) {
+    MountData data = data_of(made);
+    if (of_base)
+      for (BasePose& pose : data.base) pose.world_from_base = mistaken(pose.world_from_base);
+    else
+      for (MarkerSighting& seen : data.sightings)
+        seen.marker_from_rig.pose = mistaken(seen.marker_from_rig.pose);
+    const std::string said = refusal(data, options, ErrorKind::kInput);
+    EXPECT_NE(said.find(of_base ? "poses of the base" : "sightings"), std::string::npos) << said;
+    EXPECT_NE(said.find(words), std::string::npos) << said;
+  };
+  const auto inverted = [](const Pose& pose) { return pose.inverse(); };
+  const auto w_first = [](const Pose& pose) {
+    const Eigen::Quaterniond& q = pose.rotation;
+    return Pose(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), pose.translation);
+  };
+  const auto millimetres = [](const Pose& pose) { return Pose(pose.rotation, 1000 * pose.translation); };
+  for (const bool of_base : {true, false}) {
+    refused(of_base, inverted, "inverted");
+    refused(of_base, w_first, "w x y z");
+    refused(of_base, millimetres, "millimetres");
+  }
+}
+
+TEST(Mount, WhereMostSightingsAreWrongIsRefused) {
+  MountDriveOptions drive = uneven(87);
+  drive.outliers = 0.6;
+  const MountDrive made = walk(drive, 30);
+  MountOptions options = with_height(made, 87);
+  options.find_events = false;
+  const std::string words = refusal(data_of(made), options, ErrorKind::kDegenerate);
+  EXPECT_NE(words.find("sightings contradict the others"), std::string::npos) << words;
+}
+
+TEST(Mount, OfMarkersWithOneIdIsMarkedAsNoUse) {
+  const MountDrive made = walk(uneven(90), 30);
+  MountData data = data_of(made);
+  for (MarkerSighting& seen : data.sightings)
+    if (seen.marker == "marker_2") seen.marker = "marker_1";
+  const MountResult result = calibrate_mount(data, with_height(made, 90));
+  EXPECT_EQ(result.events.size(), 6u);
+  const Diagnostic* const remark = result.diagnostics.find("too_many_changes");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_EQ(remark->severity, Severity::kFailure);
 }
 
 /// J of each cost against differences over its manifold. The tilt of the floor is small, as first-order derivatives need.
@@ -188,14 +256,15 @@ TEST(MountCosts, HaveTheDerivativesOfTheirResiduals) {
   const Pose rig(so3_exp(Vec3(-1.2, 1.1, -1.0)), Vec3(0.16, -0.09, 0.7)),
       marker(so3_exp(Vec3(1.3, 0.2, 0.4)), Vec3(2.9, 0.5, 0.8)),
       frame(so3_exp(Vec3(0.02, -0.01, 0)), Vec3(0, 0, 0.1));
-  double offset = 0.013;
+  double offset = 0.013, scale = 1.03;
   const auto check = [](ceres::CostFunction& cost, std::vector<Pose> poses,
-                        std::vector<PoseManifold::Side> sides, double* time, double tolerance) {
+                        std::vector<PoseManifold::Side> sides, std::vector<double*> numbers,
+                        double tolerance) {
     std::vector<PoseBlock> blocks;
     for (const Pose& pose : poses) blocks.push_back(block_of(pose));
     std::vector<double*> parameters;
     for (PoseBlock& block : blocks) parameters.push_back(block.data());
-    if (time != nullptr) parameters.push_back(time);
+    parameters.insert(parameters.end(), numbers.begin(), numbers.end());
     const int rows = cost.num_residuals();
     std::vector<std::vector<double>> storage;
     std::vector<double*> jacobians;
@@ -219,14 +288,16 @@ TEST(MountCosts, HaveTheDerivativesOfTheirResiduals) {
               << "block " << b << " increment " << k << " row " << r;
       }
     }
-    if (time == nullptr) return;
-    const double from = *time;
-    *time = from + kStep, cost.Evaluate(parameters.data(), ahead.data(), nullptr);
-    *time = from - kStep, cost.Evaluate(parameters.data(), behind.data(), nullptr);
-    *time = from;
-    for (int r = 0; r < rows; ++r)
-      EXPECT_NEAR(storage.back()[std::size_t(r)], (ahead[r] - behind[r]) / (2 * kStep), tolerance)
-          << "time, row " << r;
+    for (std::size_t n = 0; n < numbers.size(); ++n) {
+      const double from = *numbers[n];
+      *numbers[n] = from + kStep, cost.Evaluate(parameters.data(), ahead.data(), nullptr);
+      *numbers[n] = from - kStep, cost.Evaluate(parameters.data(), behind.data(), nullptr);
+      *numbers[n] = from;
+      for (int r = 0; r < rows; ++r)
+        EXPECT_NEAR(storage[blocks.size() + n][std::size_t(r)], (ahead[r] - behind[r]) / (2 * kStep),
+                    tolerance)
+            << "number " << n << " row " << r;
+    }
   };
   constexpr auto kRight = PoseManifold::Side::kRight, kMount = PoseManifold::Side::kMount;
   SightingCost sighting;
@@ -236,7 +307,7 @@ TEST(MountCosts, HaveTheDerivativesOfTheirResiduals) {
                                  .inverse();
   sighting.whiten = Mat6::Identity();
   sighting.whiten(3, 0) = 0.5;
-  check(sighting, {base, next, rig, marker}, {kRight, kRight, kMount, kRight}, nullptr, 2e-5);
+  check(sighting, {base, next, rig, marker}, {kRight, kRight, kMount, kRight}, {}, 2e-5);
   for (const bool planar : {true, false}) {
     BaseCost pose;
     pose.planar = planar;
@@ -244,15 +315,15 @@ TEST(MountCosts, HaveTheDerivativesOfTheirResiduals) {
     pose.inverse_sigma << 1, 2, 3, 4, 5, 6;
     pose.time = 4.2, pose.knot_time = 4.17, pose.spacing = 0.05;
     // Planar: the derivatives omit the tilt (0.3 mrad), times six.
-    check(pose, {base, next, frame}, {kRight, kRight, kRight}, &offset, planar ? 5e-3 : 2e-5);
+    check(pose, {base, next, frame}, {kRight, kRight, kRight}, {&offset, &scale}, planar ? 5e-3 : 2e-5);
   }
   MotionCost motion;
   motion.inverse_sigma << 1, 2, 3, 4, 5, 6;
-  check(motion, {base, next, later}, {kRight, kRight, kRight}, nullptr, 2e-5);
+  check(motion, {base, next, later}, {kRight, kRight, kRight}, {}, 2e-5);
   FloorCost floor;
   floor.inverse_sigma << 1, 2, 3;
   floor.share = 0.9;
-  check(floor, {base, next}, {kRight, kRight}, nullptr, 2e-5);
+  check(floor, {base, next}, {kRight, kRight}, {}, 2e-5);
 }
 
 /// 95 % regions hold the truth in 93 % of 200 drives or more. On an even floor it is more than 95 %: a drive of a minute

@@ -215,6 +215,30 @@ TEST(Markers, OneTooSmallForEdgesIsFittedAsAWhole) {
   EXPECT_LT(chi2, 8 * read + 5 * 4 * std::sqrt(read));
 }
 
+TEST(Markers, AWhiteRimOfOneCellSufficesOnADarkWall) {
+  const MarkerCells cells = apriltag();
+  for (int side = 5; side <= 20; ++side) {  // pixels of a cell
+    const int across = side * (cells.per_side + 4);
+    ImageU8 image(across + 61, across + 74, 1);
+    std::mt19937_64 random(static_cast<std::uint64_t>(side));
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) {
+        int white = 0;  // of nine: the blur of a lens
+        const auto cell = [&](int pixel) { return (pixel + 4 * side) / side - 6; };
+        for (int k = 0; k < 9; ++k) {
+          const int px = x - 31 + k % 3, py = y - 39 + k / 3;
+          const bool in_rim = px >= 0 && py >= 0 && px < across && py < across;
+          white += in_rim ? (cells.is_white(kId, cell(py), cell(px)) ? 210 : 25) : 90;
+        }
+        image.at(x, y) = std::uint8_t(white / 9 + int(random() % 5));
+      }
+    const MarkerDetections found = detect_marker_edges(image, cells);
+    ASSERT_EQ(found.markers.size(), 1u) << side;
+    EXPECT_EQ(found.markers[0].id, kId);
+    EXPECT_NEAR((found.markers[0].corners[0] - Vec2(29.5 + side, 37.5 + side)).norm(), 0, 2.0) << side;
+  }
+}
+
 TEST(Markers, NothingFoundIsSaid) {
   const MarkerDetections found = detect_marker_edges(ImageU8(64, 50, 1, 128), apriltag());
   EXPECT_TRUE(found.markers.empty());

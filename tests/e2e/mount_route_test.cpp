@@ -134,6 +134,37 @@ TEST(MountData, ReadsOneLogOfBothAndSkipsWhatIsNeither) {
   EXPECT_THROW(session::read_mount_data(files), Error);
 }
 
+TEST(MountData, ReportsAClockThatWasSetAndSkipsRepeatedPoses) {
+  const ScratchFolder folder;
+  session::MountFiles files;
+  files.base = (folder / "base.log").string();
+  const auto recording = [&](double clock_jump, int repeats) {
+    {
+      track::PoseLogWriter log(files.base);
+      for (int i = 0; i < 80; ++i) {
+        const double time = 10 + 0.05 * i;
+        track::StampedPose pose = message(time + (i >= 50 ? clock_jump : 0), "map", "base");
+        pose.arrival = time + 0.1 + 0.002 * (i % 3);
+        pose.frame_from_child.translation.x() = 0.01 * double(i - i % repeats);
+        log.write(pose);
+      }
+    }
+    return session::read_mount_data(files);
+  };
+  EXPECT_EQ(recording(0, 1).diagnostics.find("clock_jumped"), nullptr);
+  for (const double jump : {0.15, -0.04}) {
+    const session::MountRecording jumped = recording(jump, 1);
+    const Diagnostic* const remark = jumped.diagnostics.find("clock_jumped");
+    ASSERT_NE(remark, nullptr) << jump;
+    EXPECT_NE(remark->message.find(jump > 0 ? " 150 ms" : " -40 ms"), std::string::npos) << remark->message;
+  }
+  // Each pose four times.
+  const session::MountRecording repeated = recording(0, 4);
+  EXPECT_EQ(repeated.data.base.size(), 20u);
+  EXPECT_DOUBLE_EQ(repeated.data.base[1].time, 10.2);
+  EXPECT_NE(repeated.diagnostics.find("poses_repeated"), nullptr);
+}
+
 TEST(MountData, FindsSingleMarkersInImagesNamedAfterTheirTimes) {
   const ScratchFolder folder;
   RigCamera camera;

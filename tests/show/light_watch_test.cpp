@@ -16,6 +16,7 @@
 #include "io/scratch.hpp"
 #include "live_world.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
@@ -363,6 +364,48 @@ TEST(LightWatch, ImagesTellWhereTheRigIs) {
   EXPECT_NE(last.find(",12.5,"), std::string::npos) << last;
 }
 
+TEST(LightWatch, AMapOfOtherMarkersIsReportedOnce) {
+  /// Marker 9 in the middle of the image.
+  class Marked : public StageCamera {
+   public:
+    using StageCamera::StageCamera;
+    std::optional<device::SeenFrame> next(double after_s, double timeout) override {
+      std::optional<device::SeenFrame> seen = StageCamera::next(after_s, timeout);
+      const MarkerCells cells = detect::marker_cells(MarkerDictionary::kAprilTag36h11);
+      constexpr int kSide = 12, kOf = 9;
+      const auto level = [&](int x, int y) {  // with the blur of a lens
+        int white = 0;
+        for (int k = 0; k < kOf; ++k)
+          white += cells.is_white(9, (y + k / 3 - 1) / kSide - 2, (x + k % 3 - 1) / kSide - 2) ? 1 : 0;
+        return std::uint8_t(20 + 200 * white / kOf);
+      };
+      for (int y = 0; y < kSide * (cells.per_side + 4); ++y)
+        for (int x = 0; x < kSide * (cells.per_side + 4); ++x)
+          seen->image.view().row(y + 180)[x + 260] = level(x, y);
+      return seen;
+    }
+  };
+  const auto sentences_with = [](int placed) {
+    Stage stage;
+    LightWatchOptions options = quick(stage, "");
+    options.watch.locates_rig = true;
+    options.corrects = true;
+    options.markers.dictionary = MarkerDictionary::kAprilTag36h11;
+    options.markers.markers = {{placed, 0.1, Pose(Eigen::Quaterniond::Identity(), Vec3(0, 0, 2))}};
+    options.map_patience = 0.3;
+    std::vector<std::string> sentences, of_map;
+    LightWatch watch([&] { return std::make_unique<Marked>(stage); }, options);
+    show_until(watch, stage, sentences, [](const WatchStatus& s) { return s.checks >= 20; });
+    for (const std::string& sentence : sentences)
+      if (sentence.find("of the map") != std::string::npos) of_map.push_back(sentence);
+    return of_map;
+  };
+  const std::vector<std::string> said = sentences_with(4);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_NE(said[0].find("; 9, which"), std::string::npos) << said[0];
+  EXPECT_TRUE(sentences_with(9).empty());
+}
+
 TEST(LightWatch, ACameraWithoutImagesIsReported) {
   class Silent : public device::FrameSource {
     std::optional<device::SeenFrame> next(double, double timeout) override {
@@ -379,6 +422,26 @@ TEST(LightWatch, ACameraWithoutImagesIsReported) {
   ASSERT_TRUE(
       show_until(watch, stage, sentences, [](const WatchStatus& s) { return s.state == "no_images"; }));
   EXPECT_EQ(sentences, std::vector<std::string>{"watch: the camera gives no images"});
+}
+
+TEST(LightWatch, ACameraOfAnotherSizeIsAStateAndSaidOnce) {
+  class Small : public device::FrameSource {
+    std::optional<device::SeenFrame> next(double after_s, double) override {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      return device::SeenFrame{ImageU8({320, 240}, 1), after_s + 0.01};
+    }
+  };
+  Stage stage;
+  std::vector<std::string> sentences;
+  LightWatch watch([] { return std::make_unique<Small>(); }, quick(stage, ""));
+  WatchStatus last;
+  ASSERT_TRUE(show_until(watch, stage, sentences, [&](const WatchStatus& s) {
+    last = s;
+    return s.faults >= 4;
+  }));
+  EXPECT_EQ(last.state, "no_images");
+  EXPECT_NE(last.sentence.find("not of the size"), std::string::npos) << last.sentence;
+  EXPECT_EQ(sentences, std::vector<std::string>{"watch: " + last.sentence});
 }
 
 TEST(LightWatch, ACameraThatIsGoneIsCountedAndComesBack) {

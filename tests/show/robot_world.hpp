@@ -294,7 +294,8 @@ inline RobotRun RobotWorld::run(double seconds) {
       sights.push_back({light, drawn_for * base_from_rig(), report.rig->information, report.rig->score});
     if (!map_.markers.empty())
       if (const auto sight =
-              sight_of_markers(image, light, rig_.camera(), map_, cells_, drawn_for * base_from_rig())) {
+              sight_of_markers(detect::detect_marker_edges(image, cells_, {rig_.camera().camera}), light,
+                               rig_.camera(), map_, drawn_for * base_from_rig())) {
         sights.push_back(*sight);
         ++run.markers;
       }

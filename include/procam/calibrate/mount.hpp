@@ -33,6 +33,9 @@
 /// correlated in time are replaced by white noise of the same power at low frequency (C. Geyer, 1992, initial
 /// positive sequence).
 ///
+/// Lengths. A wrong size of the markers, or a wrong wheel, makes the lengths of sightings and poses disagree. Their ratio
+/// becomes an unknown where its score is significant, and more so than that of any change.
+///
 /// Events. For each candidate time two changes are tested by their score (Lagrange multiplier): the rig moved on the
 /// base (bump), or the localiser's world moved (jump, wheel slip). The best one that is significant becomes an
 /// unknown of the solve; then the next is looked for. Single outliers are rejected by their chi-square.
@@ -166,6 +169,9 @@ struct MountResult {
   MatX joint_covariance;
   /// Localiser time = camera time + time_offset: positive if the localiser's stamps are late against the camera's.
   double time_offset = 0, time_offset_sigma = 0;
+  /// Lengths of the localiser (an arm) over those of the sightings; 1 and sigma 0 where no difference is significant.
+  /// The mount and the path are in the metres of the sightings.
+  double scale = 1, scale_sigma = 0;
   std::vector<MountMarker> markers;  ///< all that were seen, by name
   bool planar = false;
   std::vector<BasePose> path;                     ///< estimated, at the knots
@@ -191,10 +197,13 @@ struct MountResult {
 /// Remarks: "stated_not_observed" names the directions that come from a stated measurement, "sightings_rejected",
 /// "base_poses_rejected", "rig_bumped", "localiser_jumped", "event_unclear" (the two kinds cannot be separated),
 /// "correlated_localiser", "sightings_noisier" (the stated covariances are too small), "time_offset_weak",
-/// "statement_disagrees" (the stated height or prior contradicts the drive).
+/// "statement_disagrees" (the stated height or prior contradicts the drive), "lengths_disagree" (MountResult::scale),
+/// "poses_noisier" (an arm or a head scatters more than stated). Failures: "too_many_changes", and "lengths_disagree"
+/// where the mount may be off by more than 5 mm.
 ///
 /// Throws Error kNotEnoughData (too few poses or sightings, no overlap in time), kDegenerate (an unobservable
-/// direction without a stated measurement; a base that does not turn), kNotConverged, kInput (times that do not grow);
+/// direction without a stated measurement; a base that does not turn; most poses or sightings contradict the others),
+/// kNotConverged, kInput (times that do not grow; poses that are inverted, in millimetres or in another quaternion order);
 /// std::invalid_argument for numbers that are not finite or sigmas that are not positive.
 PROCAM_EXPORT MountResult calibrate_mount(const MountData& data, const MountOptions& options = {});
 

@@ -35,8 +35,9 @@ struct MountRecording {
   Diagnostics diagnostics;
 };
 
-/// Remarks: "other_frames" (messages that are neither the base's nor the rig's), "poses_out_of_order" (base poses that
-/// are not after those before them are dropped), "arrival_times" (a log without stamps). Throws Error kIo, kInput (a
+/// Remarks: "poses_out_of_order" (base poses that are not after those before them are dropped), "poses_repeated" (most
+/// poses equal the one before, bit for bit: the repeated ones are dropped), "clock_jumped" (stamps against arrivals),
+/// "arrival_times" (a log without stamps). Throws Error kIo, kInput (a
 /// sighting without covariance; a log without the frames), kNotEnoughData.
 PROCAM_EXPORT MountRecording read_mount_data(const MountFiles& files);
 

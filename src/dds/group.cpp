@@ -69,7 +69,7 @@ class GroupTopics {
  public:
   GroupTopics(const std::string& name, int strength) : name_(name), strength_(strength) {
     const bool is_kept = true, is_reliable = true;
-    waitset_ = checked(dds_create_waitset(participant_.entity()));
+    waitset_ = create(dds_create_waitset(participant_.entity()));
     open(procam_group_State_desc, "state", {is_reliable, is_kept, Owner::kExclusive}, state);
     open(procam_group_Request_desc, "request", {is_reliable, false, Owner::kShared}, request);
     open(procam_group_Pose_desc, "pose", {is_reliable, false, Owner::kExclusive}, pose);
@@ -101,6 +101,7 @@ class GroupTopics {
                   "check the network and CYCLONEDDS_URI");
     return entity;
   }
+  dds_entity_t create(dds_entity_t entity) const { return participant_.kept(checked(entity)); }
   void open(const dds_topic_descriptor_t& type, const std::string& what, Quality quality, Ends& ends) {
     const std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)> qos(dds_create_qos(), dds_delete_qos);
     dds_qset_reliability(qos.get(),
@@ -116,11 +117,11 @@ class GroupTopics {
     }
     dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
     const dds_entity_t entity =
-        checked(dds_create_topic(participant_.entity(), &type, topic(what).c_str(), nullptr, nullptr));
-    ends.reader = checked(dds_create_reader(participant_.entity(), entity, qos.get(), nullptr));
+        create(dds_create_topic(participant_.entity(), &type, topic(what).c_str(), nullptr, nullptr));
+    ends.reader = create(dds_create_reader(participant_.entity(), entity, qos.get(), nullptr));
     if (quality.owner == Owner::kExclusive) dds_qset_ownership_strength(qos.get(), strength_);
     dds_qset_writer_data_lifecycle(qos.get(), false);
-    ends.writer = checked(dds_create_writer(participant_.entity(), entity, qos.get(), nullptr));
+    ends.writer = create(dds_create_writer(participant_.entity(), entity, qos.get(), nullptr));
     dds_set_status_mask(ends.reader, DDS_DATA_AVAILABLE_STATUS);
     checked(dds_waitset_attach(waitset_, ends.reader, 0));
   }

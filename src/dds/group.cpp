@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <mutex>
@@ -38,11 +39,13 @@ std::uint64_t text_number(const std::string& text) {
   return number;
 }
 
-/// Equal for all that share one steady clock.
+/// Equal for all that share one steady clock: of one start of one machine, and of one time namespace of it (containers may
+/// have their own).
 std::string boot_identifier() {
   std::string text;
   std::ifstream("/proc/sys/kernel/random/boot_id") >> text;
-  return text;
+  std::error_code none;
+  return text + std::filesystem::read_symlink("/proc/self/ns/time", none).string();
 }
 
 std::string host_and_process() {
@@ -158,10 +161,13 @@ struct Group::Impl {
       const bool led = members.leads();
       const double now = steady_now();
       members.decide(now);
+      // It may have been stopped since: what it would send is of the past.
+      if (steady_now() - now > kLease / 2) continue;
       if (members.leads() && !led) lead();
       if (!members.leads() && led) follow();
       send_requests(now);
-      if (members.leads() && has_state && now - written > kStatePeriod) write_state(now);
+      if (members.leads() && has_state && (now - written > kStatePeriod || newest.term != members.term()))
+        write_state(now);
       if (now - beaten < kBeatPeriod && members.leads() == led) continue;
       beaten = now;
       internal::write_beat(topics.member.writer, members.beat(steady_now()));
@@ -187,7 +193,8 @@ struct Group::Impl {
     });
     take_each<procam_group_State>(topics.state.reader, [this](const auto& message, double) {
       OrderedState read = internal::read_group_state(message);
-      if (members.leads() || (has_state && !read.is_newer_than(newest))) return;
+      if (members.leads() || !members.may_follow(read.leader)) return;
+      if (has_state && !read.is_newer_than(newest)) return;
       newest = std::move(read);
       has_state = is_news = true;
       members.set_state(newest.term);
@@ -260,12 +267,17 @@ struct Group::Impl {
   /// Which requests the state has, and which it refused.
   void take_answers() {
     const auto mine = newest.applied.find(own.member);
-    if (mine == newest.applied.end()) return;
-    while (!waiting.empty() && waiting.front().number <= mine->second.number) {
-      if (waiting.front().number == mine->second.number && !mine->second.refusal.empty())
+    const std::uint64_t done = mine == newest.applied.end() ? 0 : mine->second.number;
+    while (!waiting.empty() && waiting.front().number <= done) {
+      if (waiting.front().number == done && !mine->second.refusal.empty())
         refusals.push_back(mine->second.refusal);
       waiting.pop_front();
     }
+    // A leader that does not know what another one executed, as of another half of the network, awaits the numbers after those
+    // that it knows.
+    if (waiting.empty() ? numbered <= done : waiting.front().number <= done + 1) return;
+    numbered = done;
+    for (GroupRequest& request : waiting) request.number = ++numbered;
   }
 
   std::string name;

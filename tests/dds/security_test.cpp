@@ -94,8 +94,9 @@ TEST_F(DdsSecurity, OnlyACertifiedRobotMovesTheContent) {
   void* samples[1] = {};
   dds_sample_info_t info;
   ASSERT_TRUE(test::wait_until([&] { return dds_take(frames, samples, &info, 1, 1) == 1; }));
-  EXPECT_STREQ(static_cast<const tf2_msgs_msg_dds__TFMessage_*>(samples[0])->transforms._buffer[0].child_frame_id,
-               "procam/rig");
+  EXPECT_STREQ(
+      static_cast<const tf2_msgs_msg_dds__TFMessage_*>(samples[0])->transforms._buffer[0].child_frame_id,
+      "procam/rig");
   dds_return_loan(frames, samples, 1);
 }
 

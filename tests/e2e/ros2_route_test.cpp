@@ -132,8 +132,9 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   EXPECT_NE(said.find("ROS 2 domain " + std::to_string(domain.number()) + ", network lo (127.0.0.1)"),
             std::string::npos)
       << said;
-  EXPECT_NE(said.find("publishes /procam/lamp/camera_info, /procam/lamp/image, /tf_static, /procam/markers, "),
-            std::string::npos)
+  EXPECT_NE(
+      said.find("publishes /procam/lamp/camera_info, /procam/lamp/image, /tf_static, /procam/markers, "),
+      std::string::npos)
       << said;
   const nlohmann::json live = nlohmann::json::parse(slurp(at("live.json")));
   EXPECT_GT(live["poses"]["taken"].get<double>(), 40) << live;
@@ -197,6 +198,59 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   const ImageU8 last = io::load_image(at("frames/frame_000050.png")).image;
   const std::uint8_t* end = last.data() + std::ptrdiff_t(last.width()) * last.height() * 3;
   EXPECT_TRUE(std::any_of(last.data(), end, [](std::uint8_t v) { return v > 0; }));
+}
+
+/// A robot that loses one packet of twenty, is killed and started again, beside one that sends garbage: no frame is drawn for
+/// a stale pose, everything is counted, and memory stays. PROCAM_GRAPH_MINUTES sets how long, 1/3 without.
+TEST_F(Ros2Route, LossRestartsAndGarbageLeaveNoStaleFrameAndNoMemory) {
+  const LoopbackDomain domain;
+  const char* const minutes = std::getenv("PROCAM_GRAPH_MINUTES");
+  const double duration = 60 * (minutes == nullptr ? 1 / 3.0 : std::stod(minutes));
+  const Page page(free_udp_port());
+  Running live("project-live",
+               show() +
+                   "--output none --json --fps 30 --blank-on-stale 300ms --pose-source ros2:map,base_link "
+                   "--publish ros2:/procam" +
+                   page.flags(),
+               folder_ / "live.json", "MALLOC_MMAP_THRESHOLD_=131072");
+  ASSERT_TRUE(becomes_true([&] { return page.status().is_object(); })) << slurp(at("live.json.err"));
+  const Ros2Peer forger(domain);
+  dds_topic_descriptor_t forged = nav_msgs_msg_dds__Odometry__desc;
+  forged.m_typename = tf2_msgs_msg_dds__TFMessage__desc.m_typename;
+  const dds_entity_t garbage = forger.writer(forged, "rt/tf");
+  char text[] = "\xff\xfe";
+  nav_msgs_msg_dds__Odometry_ wrong{};
+  wrong.header.frame_id = wrong.child_frame_id = text;
+  int starts = 0;
+  double memory = 0;  // when all has happened a few times
+  const double begin = steady_now();
+  while (steady_now() < begin + duration) {
+    const auto robot = std::make_unique<Ros2Peer>(domain, 50);
+    Sender tf(robot->writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf"), "map", "base_link");
+    ++starts;
+    for (const double start = steady_now(); steady_now() < start + 3;) {
+      const double t = steady_now();
+      tf.send(t, 0.1 * std::sin(t), 0.05 * std::sin(t));
+      wrong.header.stamp.sec = std::int32_t(t);
+      dds_write(garbage, &wrong);
+      std::this_thread::sleep_for(std::chrono::milliseconds(15));
+    }
+    EXPECT_TRUE(becomes_true([&] { return page.status()["pose_state"] == "fresh"; })) << starts;
+    if (memory == 0 && steady_now() > begin + duration / 4) memory = live.memory();
+  }
+  const double grown = (live.memory() - memory) / (1 << 20);
+  std::printf("%d starts of the robot; memory grew by %.2f MiB to %.1f MiB\n", starts, grown,
+              live.memory() / (1 << 20));
+  EXPECT_LT(grown, 3);
+  live.tell(SIGTERM);
+  EXPECT_EQ(live.wait(), 130);
+  const nlohmann::json numbers = nlohmann::json::parse(slurp(at("live.json")));
+  EXPECT_GT(numbers["poses"]["taken"].get<double>(), 20 * duration);
+  EXPECT_GT(numbers["faults"]["ros2_undecodable"].get<double>(), duration) << numbers["faults"];
+  EXPECT_LE(numbers["pose_age_ms"]["largest"].get<double>(), 300) << "of frames that are not black";
+  std::printf("%.0f poses, %.0f messages rejected, oldest pose of a lit frame %.0f ms\n",
+              numbers["poses"]["taken"].get<double>(), numbers["faults"]["ros2_undecodable"].get<double>(),
+              numbers["pose_age_ms"]["largest"].get<double>());
 }
 
 /// A recorded drive, without a graph.

@@ -7,6 +7,7 @@
 
 #include "common/capture_flags.hpp"
 #include "common/cli.hpp"
+#include "procam/dds/security.hpp"
 #include "procam/io/text.hpp"
 #include "procam/session/patterns.hpp"
 #include "procam/session/recorder.hpp"
@@ -145,6 +146,7 @@ ExitCode capture_session(CaptureFlags& flags, Console& console) {
   flags.recorder.views = flags.views.value_or(default_views(flags));
   if (flags.recorder.folder.empty()) throw CLI::RequiredError("--output");
 
+  if (!flags.dds_security.empty()) dds::use_security(flags.dds_security);
   std::vector<OpenProjector> projectors = open_projectors(flags, console);
   Summary& summary = console.summary();
   summary.set("/output", flags.recorder.folder.string());

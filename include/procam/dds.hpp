@@ -5,3 +5,4 @@
 #include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
 #include "procam/dds/projector_publisher.hpp"
+#include "procam/dds/security.hpp"

@@ -39,11 +39,11 @@ class FleetTopic {
     dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
     dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kRobotLease);
     dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
-    waitset_ = checked(dds_create_waitset(participant_.entity()));
-    const dds_entity_t topic = checked(dds_create_topic(
-        participant_.entity(), &procam_fleet_Announcement_desc, topic_name().c_str(), nullptr, nullptr));
-    reader_ = checked(dds_create_reader(participant_.entity(), topic, qos.get(), nullptr));
-    writer_ = checked(dds_create_writer(participant_.entity(), topic, qos.get(), nullptr));
+    waitset_ = create(dds_create_waitset(participant_.entity()));
+    const dds_entity_t topic = create(dds_create_topic(participant_.entity(), &procam_fleet_Announcement_desc,
+                                                       topic_name().c_str(), nullptr, nullptr));
+    reader_ = create(dds_create_reader(participant_.entity(), topic, qos.get(), nullptr));
+    writer_ = create(dds_create_writer(participant_.entity(), topic, qos.get(), nullptr));
     dds_set_status_mask(reader_, DDS_DATA_AVAILABLE_STATUS);
     checked(dds_waitset_attach(waitset_, reader_, 0));
   }
@@ -65,6 +65,7 @@ class FleetTopic {
                   "check the network and CYCLONEDDS_URI");
     return entity;
   }
+  dds_entity_t create(dds_entity_t entity) const { return participant_.kept(checked(entity)); }
   std::string topic_name() const { return "procam/fleet/" + name_ + "/robot"; }
 
   internal::Participant participant_;

@@ -11,6 +11,7 @@
 #include "names.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/limits.hpp"
+#include "security.hpp"
 
 namespace procam::dds::internal {
 namespace {
@@ -148,10 +149,6 @@ std::shared_ptr<Domain> domain_of(int id) {
   return domain;
 }
 
-struct QosDelete {
-  void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
-};
-
 std::unique_ptr<dds_qos_t, QosDelete> qos_of(Reliability reliability, Durability durability, int depth) {
   std::unique_ptr<dds_qos_t, QosDelete> qos(dds_create_qos());
   dds_qset_reliability(
@@ -164,7 +161,30 @@ std::unique_ptr<dds_qos_t, QosDelete> qos_of(Reliability reliability, Durability
   return qos;
 }
 
+/// Deleted with its last owner.
+std::shared_ptr<const dds_entity_t> participant_of(int domain, const dds_qos_t* qos) {
+  return {new dds_entity_t(dds_create_participant(dds_domainid_t(domain), qos, nullptr)),
+          [](const dds_entity_t* entity) {
+            if (*entity > 0) dds_delete(*entity);
+            delete entity;
+          }};
+}
+
+std::shared_ptr<const dds_entity_t> secured_participant(int domain, const Security& security) {
+  static std::mutex mutex;
+  static std::map<std::pair<int, std::string>, std::weak_ptr<const dds_entity_t>> participants;
+  const std::lock_guard<std::mutex> lock(mutex);
+  auto& known = participants[{domain, security.folder}];
+  std::shared_ptr<const dds_entity_t> participant = known.lock();
+  if (!participant) known = participant = participant_of(domain, security.qos.get());
+  return participant;
+}
+
 dds_entity_t checked(dds_entity_t entity, const std::string& topic) {
+  if (entity == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
+    throw Error(ErrorKind::kDevice, "ROS 2 topic " + topic,
+                "DDS Security does not allow it: " + Log::of_process().last(),
+                "allow the topic " + dds_topic(topic) + " in the permissions");
   if (entity < 0)
     throw Error(ErrorKind::kDevice, "ROS 2 topic " + topic,
                 std::string("DDS refuses it: ") + dds_strretcode(entity),
@@ -179,31 +199,40 @@ Participant::Participant() : domain_(domain_of_environment()) {
   const std::shared_ptr<Domain> kept = domain_of(domain_);
   domain_kept_ = kept;
   network_ = kept->network;
-  entity_ = dds_create_participant(dds_domainid_t(domain_), nullptr, nullptr);
-  if (entity_ < 0)
+  const Security security = security_of_process();
+  security_ = security.folder;
+  entity_ = security_.empty() ? participant_of(domain_, nullptr) : secured_participant(domain_, security);
+  if (*entity_ < 0 && !security_.empty())
+    throw Error(
+        ErrorKind::kDevice, "DDS Security, folder '" + security_ + "'",
+        "DDS refuses it: " + Log::of_process().last(),
+        "check that its certificates are of one authority and not expired, and that its permissions name this "
+        "certificate and domain " +
+            std::to_string(domain_));
+  if (*entity_ < 0)
     throw Error(ErrorKind::kDevice, "ROS 2, domain " + std::to_string(domain_),
-                std::string("DDS gives no participant: ") + dds_strretcode(entity_),
+                std::string("DDS gives no participant: ") + dds_strretcode(*entity_),
                 "check the network and CYCLONEDDS_URI");
 }
 
 Participant::~Participant() {
-  if (entity_ > 0) dds_delete(entity_);
+  for (auto entity = kept_.rbegin(); entity != kept_.rend(); ++entity) dds_delete(*entity);
 }
 
 dds_entity_t Participant::create_reader(const dds_topic_descriptor_t& type, const std::string& topic,
                                         Reliability reliability, Durability durability, int depth) const {
   const auto qos = qos_of(reliability, durability, depth);
   const dds_entity_t entity =
-      checked(dds_create_topic(entity_, &type, dds_topic(topic).c_str(), nullptr, nullptr), topic);
-  return checked(dds_create_reader(entity_, entity, qos.get(), nullptr), topic);
+      kept(checked(dds_create_topic(*entity_, &type, dds_topic(topic).c_str(), nullptr, nullptr), topic));
+  return kept(checked(dds_create_reader(*entity_, entity, qos.get(), nullptr), topic));
 }
 
 dds_entity_t Participant::create_writer(const dds_topic_descriptor_t& type, const std::string& topic,
                                         Reliability reliability, Durability durability, int depth) const {
   const auto qos = qos_of(reliability, durability, depth);
   const dds_entity_t entity =
-      checked(dds_create_topic(entity_, &type, dds_topic(topic).c_str(), nullptr, nullptr), topic);
-  return checked(dds_create_writer(entity_, entity, qos.get(), nullptr), topic);
+      kept(checked(dds_create_topic(*entity_, &type, dds_topic(topic).c_str(), nullptr, nullptr), topic));
+  return kept(checked(dds_create_writer(*entity_, entity, qos.get(), nullptr), topic));
 }
 
 DroppedSamples dropped_samples(const std::string& topic) {

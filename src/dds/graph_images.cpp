@@ -21,9 +21,9 @@ class GraphImages : public ImageInput {
  public:
   GraphImages(const std::string& text, const char* what, TopicReader::Types types)
       : names_(parse_ros2_topic(text, what)),
-        waitset_(dds_create_waitset(participant_.entity())),
-        discovery_(
-            dds_create_reader(participant_.entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr)),
+        waitset_(participant_.kept(dds_create_waitset(participant_.entity()))),
+        discovery_(participant_.kept(
+            dds_create_reader(participant_.entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr))),
         images_(participant_, waitset_, names_.topic, std::move(types), kKept),
         infos_(participant_, waitset_, names_.info, {&sensor_msgs_msg_dds__CameraInfo__desc}, 1),
         before_(dropped_samples(names_.topic)) {

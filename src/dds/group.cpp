@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <mutex>
@@ -38,11 +39,13 @@ std::uint64_t text_number(const std::string& text) {
   return number;
 }
 
-/// Equal for all that share one steady clock.
+/// Equal for all that share one steady clock: of one start of one machine, and of one time namespace of it (containers may
+/// have their own).
 std::string boot_identifier() {
   std::string text;
   std::ifstream("/proc/sys/kernel/random/boot_id") >> text;
-  return text;
+  std::error_code none;
+  return text + std::filesystem::read_symlink("/proc/self/ns/time", none).string();
 }
 
 std::string host_and_process() {
@@ -69,7 +72,7 @@ class GroupTopics {
  public:
   GroupTopics(const std::string& name, int strength) : name_(name), strength_(strength) {
     const bool is_kept = true, is_reliable = true;
-    waitset_ = checked(dds_create_waitset(participant_.entity()));
+    waitset_ = create(dds_create_waitset(participant_.entity()));
     open(procam_group_State_desc, "state", {is_reliable, is_kept, Owner::kExclusive}, state);
     open(procam_group_Request_desc, "request", {is_reliable, false, Owner::kShared}, request);
     open(procam_group_Pose_desc, "pose", {is_reliable, false, Owner::kExclusive}, pose);
@@ -101,6 +104,7 @@ class GroupTopics {
                   "check the network and CYCLONEDDS_URI");
     return entity;
   }
+  dds_entity_t create(dds_entity_t entity) const { return participant_.kept(checked(entity)); }
   void open(const dds_topic_descriptor_t& type, const std::string& what, Quality quality, Ends& ends) {
     const std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)> qos(dds_create_qos(), dds_delete_qos);
     dds_qset_reliability(qos.get(),
@@ -116,11 +120,11 @@ class GroupTopics {
     }
     dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
     const dds_entity_t entity =
-        checked(dds_create_topic(participant_.entity(), &type, topic(what).c_str(), nullptr, nullptr));
-    ends.reader = checked(dds_create_reader(participant_.entity(), entity, qos.get(), nullptr));
+        create(dds_create_topic(participant_.entity(), &type, topic(what).c_str(), nullptr, nullptr));
+    ends.reader = create(dds_create_reader(participant_.entity(), entity, qos.get(), nullptr));
     if (quality.owner == Owner::kExclusive) dds_qset_ownership_strength(qos.get(), strength_);
     dds_qset_writer_data_lifecycle(qos.get(), false);
-    ends.writer = checked(dds_create_writer(participant_.entity(), entity, qos.get(), nullptr));
+    ends.writer = create(dds_create_writer(participant_.entity(), entity, qos.get(), nullptr));
     dds_set_status_mask(ends.reader, DDS_DATA_AVAILABLE_STATUS);
     checked(dds_waitset_attach(waitset_, ends.reader, 0));
   }
@@ -157,10 +161,13 @@ struct Group::Impl {
       const bool led = members.leads();
       const double now = steady_now();
       members.decide(now);
+      // It may have been stopped since: what it would send is of the past.
+      if (steady_now() - now > kLease / 2) continue;
       if (members.leads() && !led) lead();
       if (!members.leads() && led) follow();
       send_requests(now);
-      if (members.leads() && has_state && now - written > kStatePeriod) write_state(now);
+      if (members.leads() && has_state && (now - written > kStatePeriod || newest.term != members.term()))
+        write_state(now);
       if (now - beaten < kBeatPeriod && members.leads() == led) continue;
       beaten = now;
       internal::write_beat(topics.member.writer, members.beat(steady_now()));
@@ -186,7 +193,8 @@ struct Group::Impl {
     });
     take_each<procam_group_State>(topics.state.reader, [this](const auto& message, double) {
       OrderedState read = internal::read_group_state(message);
-      if (members.leads() || (has_state && !read.is_newer_than(newest))) return;
+      if (members.leads() || !members.may_follow(read.leader)) return;
+      if (has_state && !read.is_newer_than(newest)) return;
       newest = std::move(read);
       has_state = is_news = true;
       members.set_state(newest.term);
@@ -259,12 +267,17 @@ struct Group::Impl {
   /// Which requests the state has, and which it refused.
   void take_answers() {
     const auto mine = newest.applied.find(own.member);
-    if (mine == newest.applied.end()) return;
-    while (!waiting.empty() && waiting.front().number <= mine->second.number) {
-      if (waiting.front().number == mine->second.number && !mine->second.refusal.empty())
+    const std::uint64_t done = mine == newest.applied.end() ? 0 : mine->second.number;
+    while (!waiting.empty() && waiting.front().number <= done) {
+      if (waiting.front().number == done && !mine->second.refusal.empty())
         refusals.push_back(mine->second.refusal);
       waiting.pop_front();
     }
+    // A leader that does not know what another one executed, as of another half of the network, awaits the numbers after those
+    // that it knows.
+    if (waiting.empty() ? numbered <= done : waiting.front().number <= done + 1) return;
+    numbered = done;
+    for (GroupRequest& request : waiting) request.number = ++numbered;
   }
 
   std::string name;

@@ -10,11 +10,15 @@
 namespace procam::dds::internal {
 namespace {
 
-constexpr double kSlew = 1e-3;      ///< group time is corrected by no more, seconds a second
-constexpr double kSetClock = 0.05;  ///< a larger correction is made at once, seconds
+constexpr double kSlew = 1e-3;       ///< group time is corrected by no more, seconds a second
+constexpr double kGoodClock = 5e-4;  ///< bound of an error that is followed at once, seconds
+constexpr double kClockWait = 2;     ///< before a worse one is taken, of a member that joins, seconds
+constexpr double kDrift = 5e-5;      ///< of two clocks, from the last estimate on, seconds a second
+constexpr double kSetClock = 0.05;   ///< a larger correction is made at once, seconds
+constexpr double kSettle = 1;  ///< members that were together for so long are one half of a network, seconds
 
 auto leader_rank(const MemberBeat& beat) {
-  return std::make_tuple(beat.term, beat.strength, beat.member);
+  return std::make_tuple(beat.settled, beat.term, beat.strength, beat.member);
 }
 auto strength_rank(const MemberBeat& beat) {
   return std::make_tuple(beat.strength, beat.member);
@@ -23,7 +27,7 @@ auto strength_rank(const MemberBeat& beat) {
 }  // namespace
 
 GroupMembers::GroupMembers(MemberBeat own, double begin, double lease, double first_wait)
-    : own_(std::move(own)), lease_(lease), may_lead_(begin + first_wait), decided_(begin) {}
+    : own_(std::move(own)), lease_(lease), may_lead_(begin + first_wait), decided_(begin), settling_(begin) {}
 
 void GroupMembers::take(const MemberBeat& beat, double arrival) {
   if (beat.member == own_.member) return;
@@ -64,8 +68,10 @@ void GroupMembers::decide(double now) {
     may_lead_ = std::max(may_lead_, now + lease_);
   }
   decided_ = now;
+  settle(now);
   const MemberBeat* const other = leader();
   if (other != nullptr && own_.leads && leader_rank(*other) > leader_rank(own_)) own_.leads = false;
+  if (own_.leads) outdo_terms();
   if (other != nullptr && !own_.leads) {
     note_leader(other->member, now);
     leader_last_ = others_.at(other->member).last;
@@ -77,6 +83,24 @@ void GroupMembers::decide(double now) {
     note_leader(own_.member, now);
   }
   if (own_.leads) leader_last_ = now;
+}
+
+/// The number of members falls at once and rises after a second or two: while two halves meet, each has its own.
+void GroupMembers::settle(double now) {
+  const auto members = std::uint32_t(count());
+  if (now - settling_ >= kSettle) {
+    settling_ = now;
+    least_before_ = std::exchange(least_now_, members);
+  }
+  least_now_ = std::min(least_now_, members);
+  own_.settled = std::min(least_before_, least_now_);
+}
+
+/// Members of another half take a state of a greater term than their own. Its leader may have given up unseen.
+void GroupMembers::outdo_terms() {
+  for (const auto& [member, other] : others_)
+    if (other.beat.term > own_.term || (other.beat.leads && other.beat.term == own_.term))
+      own_.term = other.beat.term + 1;
 }
 
 void GroupMembers::note_leader(std::uint64_t member, double now) {
@@ -102,14 +126,23 @@ void GroupMembers::follow_clock(const Other& leader, double now) {
   if (back == leader.beat.offsets.end()) return;
   const track::Clock::Estimate forth = leader.clock.estimate();
   offset += (back->offset - forth.offset) / 2;
-  clock_error_ = std::max(0.0, (back->offset + forth.offset) / 2) + (back->sigma + forth.sigma) / 2;
+  const double error = std::max(0.0, (back->offset + forth.offset) / 2) + (back->sigma + forth.sigma) / 2;
+  // The first messages of a leader may have waited on a busy machine: what is known from before is better.
+  const double known_error = clock_error_ + kDrift * (now - slewed_);
+  if (clock_known_ && error > kGoodClock && error > known_error) {
+    clock_error_ = known_error;
+    slewed_ = now;
+    return;
+  }
+  clock_error_ = error;
   const double step = offset - own_.group_offset, most = kSlew * (now - slewed_);
   if (!clock_known_ || std::abs(step) > kSetClock)
     own_.group_offset = offset;
   else
     own_.group_offset += std::clamp(step, -most, most);
   slewed_ = now;
-  clock_known_ = true;
+  if (follows_since_ == 0) follows_since_ = now;
+  clock_known_ = clock_known_ || error <= kGoodClock || now - follows_since_ >= kClockWait;
 }
 
 void GroupMembers::light(double from) {

@@ -97,6 +97,7 @@ MemberBeat read_beat(const procam_group_Beat& message) {
   beat.leads = message.leads;
   beat.has_state = message.has_state;
   beat.term = message.term;
+  beat.settled = message.settled;
   beat.sent = message.sent;
   beat.group_offset = message.group_offset;
   beat.projector =
@@ -127,6 +128,7 @@ dds_return_t write_beat(dds_entity_t writer, MemberBeat beat) {
   message.leads = beat.leads;
   message.has_state = beat.has_state;
   message.term = beat.term;
+  message.settled = beat.settled;
   message.sent = beat.sent;
   message.group_offset = beat.group_offset;
   message.projector = beat.projector.data();

@@ -68,6 +68,24 @@ void refuse_sim_time(const GraphNames& names, const std::string& what) {
     throw Error(ErrorKind::kInput, what, "use_sim_time is for poses of the graph alone", "remove it");
 }
 
+/// A remap of a name that is not read would change nothing, unseen: a mistyped one. `read`: names as they are resolved.
+void require_remaps_used(const GraphNames& names, const std::vector<std::string>& read,
+                         const std::string& what) {
+  for (const auto& [from, to] : names.remaps) {
+    const std::string full = joined(names.node_namespace, from);
+    std::string known;
+    bool is_used = false;
+    for (const std::string& name : read) {
+      const std::string one = joined(names.node_namespace, name);
+      is_used = is_used || one == full;
+      known += (known.empty() ? "" : ", ") + one;
+    }
+    if (!is_used)
+      throw Error(ErrorKind::kInput, what, "the remap of '" + from + "' changes no name that is read",
+                  "remap one of: " + known);
+  }
+}
+
 }  // namespace
 
 void require_topic_name(const std::string& name, const std::string& what) {
@@ -92,6 +110,10 @@ Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind) {
                 "give two frames (" + kind + "map,base_link) or a topic (" + kind + "/odom)");
   };
   if (names.use_sim_time) source.clock = names.resolve("/clock");
+  const auto require_used = [&](std::vector<std::string> read) {
+    if (names.use_sim_time) read.push_back("/clock");
+    require_remaps_used(names, read, "pose source '" + kind + rest + "'");
+  };
   for (const std::string& part : plain)
     if (part.empty() || part.size() > limits::kFrameNameBytes) refuse("a part of it is empty or too long");
   if (plain.size() > 2) refuse("it has more than two names");
@@ -99,6 +121,7 @@ Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind) {
     if (plain.front().front() != '/')
       refuse("'" + plain.front() + "' is one frame of two, or a topic without '/'");
     require_topic_name(plain.front(), "pose source '" + kind + rest + "'");
+    require_used({plain.front()});
     source.topic = names.resolve(plain.front());
     return source;
   }
@@ -108,6 +131,7 @@ Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind) {
   for (std::string* frame : {&source.frame, &source.child})
     if (frame->front() == '/') frame->erase(0, 1);
   if (source.frame.empty() || source.frame == source.child) refuse("its frames are not two");
+  require_used({"/tf", "/tf_static"});
   source.tf = names.resolve("/tf");
   source.tf_static = names.resolve("/tf_static");
   return source;
@@ -122,7 +146,9 @@ Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what, con
                 "give one topic, e.g. " + kind + "/camera/image_raw");
   require_topic_name(plain.front(), what + " '" + kind + rest + "'");
   const std::string given = joined(names.node_namespace, plain.front());
-  return {names.resolve(given), names.resolve(given.substr(0, given.rfind('/')) + "/camera_info")};
+  const std::string info = given.substr(0, given.rfind('/')) + "/camera_info";
+  require_remaps_used(names, {given, info}, what + " '" + kind + rest + "'");
+  return {names.resolve(given), names.resolve(info)};
 }
 
 GraphNames parse_ros2_output(const std::string& text) {

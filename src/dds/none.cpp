@@ -7,6 +7,7 @@
 #include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
 #include "procam/dds/projector_publisher.hpp"
+#include "procam/dds/security.hpp"
 #include "ros2_pose_source.hpp"
 
 namespace procam::dds {
@@ -22,6 +23,10 @@ constexpr const char* kInstall = "install cyclonedds-dev and cyclonedds-tools an
 
 bool is_available() {
   return false;
+}
+
+void use_security(const std::filesystem::path& folder) {
+  if (!folder.empty()) refuse("DDS Security");
 }
 
 std::unique_ptr<track::PoseSource> internal::open_ros2(const Ros2Source&, const track::SourceOptions&) {
@@ -146,6 +151,10 @@ std::string ProjectorPublisher::description() const {
   return {};
 }
 void ProjectorPublisher::publish_camera_info(const std::string&, const Camera&, double) {}
+bool ProjectorPublisher::has_image_reader(const std::string&) {
+  return false;
+}
+void ProjectorPublisher::publish_image(const std::string&, ViewU8, double) {}
 void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>&, double) {}
 void ProjectorPublisher::publish_moving_frames(const std::vector<FrameTree::Link>&, double) {}
 void ProjectorPublisher::publish_markers(const std::vector<GraphMarker>&, double) {}

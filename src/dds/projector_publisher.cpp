@@ -32,7 +32,7 @@ struct ProjectorPublisher::Impl {
   internal::GraphNames names;
   internal::Participant participant;
   dds_entity_t tf_static = 0, tf = 0, markers = 0, pose = 0, diagnostics = 0;
-  std::map<std::string, dds_entity_t> camera_info;  ///< by device
+  std::map<std::string, dds_entity_t> camera_info, images;  ///< by device
 
   static void written(dds_return_t result, const std::string& topic) {
     if (result != DDS_RETCODE_OK)
@@ -43,6 +43,16 @@ struct ProjectorPublisher::Impl {
                                const std::string& topic);
   std::string topic(const std::string& device) const {
     return names.resolve(topic_token(device) + "/camera_info");
+  }
+  std::string image_topic(const std::string& device) const {
+    return names.resolve(topic_token(device) + "/image");
+  }
+  dds_entity_t image_writer(const std::string& device) {
+    const auto known = images.find(device);
+    if (known != images.end()) return known->second;
+    return images[device] = participant.create_writer(sensor_msgs_msg_dds__Image__desc, image_topic(device),
+                                                      internal::Reliability::kReliable,
+                                                      internal::Durability::kVolatile, 1);
   }
 };
 
@@ -63,6 +73,7 @@ std::string ProjectorPublisher::frame(const std::string& name) const {
 std::string ProjectorPublisher::description() const {
   std::string topics;
   for (const auto& [device, writer] : impl_->camera_info) topics += impl_->topic(device) + ", ";
+  for (const auto& [device, writer] : impl_->images) topics += impl_->image_topic(device) + ", ";
   return impl_->participant.description() + ": publishes " + topics + impl_->names.resolve("/tf_static") +
          ", " + (impl_->tf > 0 ? impl_->names.resolve("/tf") + ", " : "") +
          (impl_->markers > 0 ? impl_->names.resolve("markers") + ", " : "") +
@@ -101,6 +112,31 @@ void ProjectorPublisher::publish_camera_info(const std::string& device, const Ca
       info.r[3 * row + column] = row == column ? 1 : 0;
     }
   Impl::written(dds_write(writer, &info), topic);
+}
+
+bool ProjectorPublisher::has_image_reader(const std::string& device) {
+  dds_publication_matched_status_t matched{};
+  return dds_get_publication_matched_status(impl_->image_writer(device), &matched) == DDS_RETCODE_OK &&
+         matched.current_count > 0;
+}
+
+void ProjectorPublisher::publish_image(const std::string& device, ViewU8 frame, double unix_time) {
+  require(frame.channels == 3, "publish_image: a frame has three channels");
+  const dds_entity_t writer = impl_->image_writer(device);
+  std::string frame_id = this->frame(device), encoding = "rgb8";
+  sensor_msgs_msg_dds__Image_ message{};
+  message.header.stamp = internal::ros_time(unix_time);
+  message.header.frame_id = frame_id.data();
+  message.width = std::uint32_t(frame.width);
+  message.height = std::uint32_t(frame.height);
+  message.encoding = encoding.data();
+  message.step = 3 * message.width;
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(std::size_t(message.step) * message.height);
+  for (int y = 0; y < frame.height; ++y) bytes.insert(bytes.end(), frame.row(y), frame.row(y) + message.step);
+  message.data._buffer = bytes.data();
+  message.data._length = message.data._maximum = std::uint32_t(bytes.size());
+  Impl::written(dds_write(writer, &message), impl_->image_topic(device));
 }
 
 void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>& links, double unix_time) {

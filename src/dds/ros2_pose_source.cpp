@@ -37,10 +37,10 @@ class Ros2PoseSource : public track::PoseSource {
  public:
   Ros2PoseSource(Ros2Source source, const track::SourceOptions& options)
       : source_(std::move(source)), inbox_(options), chain_(source_.frame, source_.child) {
-    waitset_ = dds_create_waitset(participant_.entity());
-    stop_ = dds_create_guardcondition(participant_.entity());
-    discovery_ =
-        dds_create_reader(participant_.entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr);
+    waitset_ = participant_.kept(dds_create_waitset(participant_.entity()));
+    stop_ = participant_.kept(dds_create_guardcondition(participant_.entity()));
+    discovery_ = participant_.kept(
+        dds_create_reader(participant_.entity(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr));
     if (waitset_ < 0 || stop_ < 0 || discovery_ < 0)
       throw Error(ErrorKind::kDevice, "ROS 2", "DDS gives no waitset", "free memory");
     dds_waitset_attach(waitset_, stop_, 0);

@@ -341,6 +341,8 @@ void bind_show_options(py::module_& m) {
       .field("depth", &show::ShowOptions::depth, "")
       .field("people", &show::ShowOptions::people, "")
       .field("publish", &show::ShowOptions::publish, "ros2:[NAMESPACE]: the projector in the ROS 2 graph")
+      .field("dds_security", &show::ShowOptions::dds_security,
+             "folder of the certificates of DDS Security, for all that the show opens in the graph")
       .field("watch", &show::ShowOptions::watch, "")
       .field("track", &show::ShowOptions::track, "")
       .field("blend", &show::ShowOptions::blend,

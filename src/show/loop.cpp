@@ -185,6 +185,8 @@ void FrameLoop::draw(double now, double free_since) {
       parts_.watch->shown(shown_, now + options_.delay_s, parts_.projection.solved(),
                           parts_.projection.rig_from_projector());
     });
+  if (parts_.graph != nullptr)
+    guarded("ros2_image", [&] { parts_.graph->shown(shown_, now + options_.delay_s); });
   ++metrics_.frames;
   metrics_.blanked += drawn_.blanked ? 1 : 0;
   metrics_.waiting += drawn_.waiting ? 1 : 0;

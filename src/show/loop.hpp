@@ -20,6 +20,7 @@
 #include "procam/track/pose_correction.hpp"
 #include "procam/track/pose_source.hpp"
 #include "room_watch.hpp"
+#include "ros2_output.hpp"
 #include "run_log.hpp"
 #include "show_blend.hpp"
 #include "show_loader.hpp"
@@ -51,6 +52,7 @@ struct LoopParts {
   std::map<std::string, std::string> room_contents = {};
   SurfaceSource* sights = nullptr;  ///< of the surfaces that move on their own
   LightWatch* watch = nullptr;      ///< gets each frame that is shown
+  Ros2Output* graph = nullptr;      ///< gets it, too
   ControlPage* page = nullptr;
   GroupLink* group = nullptr;    ///< other hosts that show the same; joined
   FleetLink* fleet = nullptr;    ///< other robots that light the same room

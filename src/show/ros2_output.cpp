@@ -6,6 +6,7 @@
 #include "graph_markers.hpp"
 #include "light_shift.hpp"
 #include "procam/core/base/clock.hpp"
+#include "procam/core/base/words.hpp"
 #include "run_options.hpp"
 
 namespace procam::show {
@@ -38,7 +39,8 @@ Ros2Output::Ros2Output(const ShowOptions& options, const Rig& rig, const Pose& b
       rig_(rig),
       base_from_rig_(base_from_rig),
       world_from_rig_(world_from_rig),
-      publisher_(options.publish) {
+      publisher_(options.publish),
+      images_(publisher_, rig.projector(options.projector).name) {
   if (!options.track) return;
   for (const auto& [names, markers] : options.track->surfaces) tracked_.push_back(split_names(names));
 }
@@ -145,6 +147,9 @@ dds::DeviceHealth Ros2Output::health(const Projection& projection, const Metrics
   } else if (dark > 0) {
     health.level = dds::HealthLevel::kWarning;
     health.message = "no light reaches a surface";
+  } else if (metrics.watch && metrics.watch->is_alarm) {
+    health.level = dds::HealthLevel::kWarning;
+    health.message = metrics.watch->sentence;
   } else if (!faults.empty()) {
     health.level = dds::HealthLevel::kWarning;
     health.message = "faults: " + faults;
@@ -157,6 +162,15 @@ dds::DeviceHealth Ros2Output::health(const Projection& projection, const Metrics
                                                           {"poses", metrics.poses},
                                                           {"poses malformed", metrics.malformed}};
   for (const auto& [name, count] : counts) health.values.emplace_back(name, std::to_string(count));
+  if (metrics.watch) {
+    health.values.emplace_back("watch", metrics.watch->state);
+    health.values.emplace_back("watch error (mm)", fixed(metrics.watch->error_mm, 2));
+    health.values.emplace_back("watch checks", std::to_string(metrics.watch->checks));
+    health.values.emplace_back("watch alarms", std::to_string(metrics.watch->alarms));
+    health.values.emplace_back("watch corrections", std::to_string(metrics.watch->corrections));
+  }
+  for (const MovingMetrics& moving : metrics.moving)
+    health.values.emplace_back("tracked surface " + moving.surface, moving.is_dark ? "dark" : moving.state);
   if (metrics.group) {
     health.values.emplace_back("group hosts", std::to_string(metrics.group->hosts));
     health.values.emplace_back("group leader", metrics.group->leader);

@@ -1,10 +1,11 @@
 #pragma once
-/// What a running show says of its projector in the ROS 2 graph: CameraInfo and its health each second, and the static
-/// frames of the rig and the surfaces whenever they change. Tracked surfaces are moving frames, 30 times a second.
+/// What a running show says of its projector in the ROS 2 graph: CameraInfo and its health each second, frames as
+/// images for those who read them, and the static frames of the rig and the surfaces whenever they change. Tracked surfaces are moving frames, 30 times a second.
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "frame_images.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/dds/projector_publisher.hpp"
 #include "procam/show/metrics.hpp"
@@ -26,6 +27,11 @@ class Ros2Output {
   /// A pose that the rig's camera measured by markers; `delay`: from its exposure to its arrival. Throws Error when DDS does
   /// not take it.
   void publish_pose(const track::StampedPose& message, double delay);
+  /// A frame that is shown, with the steady time of its light; sent by another thread to nodes that read it. Throws Error
+  /// when DDS did not take the one before.
+  void shown(const std::shared_ptr<const ImageU8>& frame, double light_time) {
+    images_.shown(frame, light_time);
+  }
   std::string description() const { return publisher_.description(); }
 
   /// Static frames with their parents; those of moving poses need a pose that has come.
@@ -39,6 +45,7 @@ class Ros2Output {
   Pose base_from_rig_;
   std::optional<Pose> world_from_rig_;
   dds::ProjectorPublisher publisher_;
+  FrameImages images_;
   bool is_tracked(const std::string& surface) const;
   dds::DeviceHealth health(const Projection& projection, const Metrics& metrics);
 

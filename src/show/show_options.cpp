@@ -165,6 +165,7 @@ static void fields(io::Fields& f, ShowOptions& o) {
   if (has_depth) f.field("depth", o.depth);
   f.optional("people", o.people);
   f.optional("publish", o.publish);
+  f.optional("dds_security", o.dds_security);
   f.optional("watch", o.watch);
   f.optional("track", o.track);
   f.optional("blend", o.blend);
@@ -208,7 +209,7 @@ static void for_each_file(ShowOptions& o, const Change& change) {
   for (auto& item : o.contents)
     if (const auto file = device::content_file(item.second))
       item.second = device::with_content_file(item.second, change(*file));
-  for (std::string* file : {&o.pose, &o.mount, &o.record}) apply(*file);
+  for (std::string* file : {&o.pose, &o.mount, &o.record, &o.dds_security}) apply(*file);
   if (o.marker) apply(o.marker->markers);
   if (o.watch) apply(o.watch->markers);
   if (o.people) apply(o.people->sensor);

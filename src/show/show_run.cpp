@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "depth_surfaces.hpp"
+#include "procam/dds/security.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
@@ -38,6 +39,7 @@ ShowRun::ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options,
       in_room_(is_depth_source(options.surfaces)),
       folder_(content_folder(options.surfaces)),
       silhouettes_([this](const std::string& sentence) { listener_.on_event(sentence); }) {
+  if (!options_.dds_security.empty()) dds::use_security(options_.dds_security);
   ProjectionOptions projection = projection_options(options_, rig);
   if (projection.renderer->device() != "cpu") listener_.on_start("drawn by " + projection.renderer->device());
   conditions_ = conditions_text(options_, projection, rig);
@@ -85,6 +87,7 @@ ShowReport ShowRun::run() {
   parts.room = room_.get();
   if (in_room_) parts.room_contents = absolute_contents(options_);
   parts.watch = watch_.get();
+  parts.graph = graph_.get();
   parts.sights = sights_.get();
   parts.page = page_.get();
   parts.group = link_.get();

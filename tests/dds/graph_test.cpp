@@ -558,40 +558,15 @@ TEST(Ros2Publisher, FramesOfTheRigJoinTheChainsOfTheRobot) {
   expect_equal(poses[0].frame_from_child, some_pose(3) * some_pose(1) * some_pose(2));
 }
 
-/// visualization_msgs/Marker of Humble and later, member by member.
-Cdr& put_marker(Cdr& cdr, const char* frame, const char* ns, std::int32_t type, std::int32_t action,
-                std::initializer_list<double> position, std::initializer_list<double> scale,
-                std::array<float, 4> color, const std::vector<Vec3>& points, const char* text) {
-  cdr.number(std::int32_t(2)).number(std::uint32_t(500000000)).text(frame).text(ns);
-  cdr.number(std::int32_t(0)).number(type).number(action);
-  cdr.numbers(position).numbers({0, 0, 0, 1}).numbers(scale);
-  for (const float value : color) cdr.number(value);
-  cdr.number(std::int32_t(0)).number(std::uint32_t(0)).number(std::uint8_t(action == 0 ? 1 : 0));
-  cdr.number(std::uint32_t(points.size()));
-  for (const Vec3& p : points) cdr.numbers({p.x(), p.y(), p.z()});
-  cdr.number(std::uint32_t(0)).text("");  // colors, texture_resource
-  cdr.number(std::int32_t(0)).number(std::uint32_t(0)).text("").text("").number(std::uint32_t(0));  // texture
-  cdr.number(std::uint32_t(0)).text(text).text("").text("").number(std::uint32_t(0)).number(std::uint8_t(0));
-  return cdr;
-}
-
 TEST(Ros2Publisher, MarkersReachALateJoinerByteForByte) {
   const LoopbackDomain domain;
   ProjectorPublisher publisher("ros2:/procam");
-  GraphMarker lines{"procam/lamp", "frustum", {{0, 0, 0}, {0.5, -0.25, 1}}, "", 0.01, {1, 0.5f, 0.25f, 1}};
-  GraphMarker text{"map", "words", {{1, 2, 3}}, "95 %", 0.125, {0, 1, 0, 0.5f}};
-  publisher.publish_markers({text}, 1);
-  publisher.publish_markers({lines, text}, 2.5);
+  publisher.publish_markers({test::some_markers().back()}, 1);
+  publisher.publish_markers(test::some_markers(), 2.5);
   const Ros2Peer late(domain);
   const dds_entity_t reader =
       late.reader(visualization_msgs_msg_dds__MarkerArray__desc, "rt/procam/markers", true, true);
-  Cdr cdr;
-  cdr.number(std::uint32_t(3));
-  put_marker(cdr, "", "", 0, 3, {0, 0, 0}, {0, 0, 0}, {0, 0, 0, 0}, {}, "");
-  put_marker(cdr, "procam/lamp", "frustum", 5, 0, {0, 0, 0}, {0.01, 0, 0}, {1, 0.5f, 0.25f, 1}, lines.lines,
-             "");
-  put_marker(cdr, "map", "words", 9, 0, {1, 2, 3}, {0, 0, 0.125}, {0, 1, 0, 0.5f}, {}, "95 %");
-  EXPECT_EQ(next_bytes(reader), cdr.bytes());
+  EXPECT_EQ(next_bytes(reader), test::marker_bytes());
 }
 
 TEST(Ros2Publisher, APoseHasItsCovarianceInTheOrderOfRos) {
@@ -629,8 +604,7 @@ TEST(Ros2Publisher, HealthIsADiagnosticArrayByteForByte) {
   const Ros2Peer monitor(domain);
   const dds_entity_t reader =
       monitor.reader(diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
-  const DeviceHealth health{
-      "procam: lamp", HealthLevel::kWarning, "faults: depth 2", {{"frames", "61"}, {"a", ""}}};
+  const DeviceHealth health = test::some_health();
   // The publisher may know the reader later than the reader knows the publisher, and a message before that is lost.
   publisher.publish_health(health, 2.5);
   ASSERT_TRUE(has_writer(reader));
@@ -640,11 +614,7 @@ TEST(Ros2Publisher, HealthIsADiagnosticArrayByteForByte) {
     publisher.publish_health(health, 2.5);
     return dds_takecdr(reader, &data, 1, &info, DDS_ANY_STATE) == 1;
   }));
-  Cdr cdr;
-  cdr.number(std::int32_t(2)).number(std::uint32_t(500000000)).text("");
-  cdr.number(std::uint32_t(1)).number(std::uint8_t(1)).text("procam: lamp").text("faults: depth 2").text("");
-  cdr.number(std::uint32_t(2)).text("frames").text("61").text("a").text("");
-  EXPECT_EQ(bytes_of(data), cdr.bytes());
+  EXPECT_EQ(bytes_of(data), test::health_bytes());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 /// What the tests of the graph share: an encoder of CDR that is written from its rules, and values about no axis.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <cstring>
@@ -14,6 +15,7 @@
 #include "procam/core/base/clock.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/core/lens/camera.hpp"
+#include "procam/dds/projector_publisher.hpp"
 #include "procam/track/pose_source.hpp"
 
 namespace procam::test {
@@ -170,6 +172,50 @@ inline std::vector<std::uint8_t> camera_info_bytes(int sec, unsigned nanosec, co
   cdr.numbers({1510.5, 1.25, 655.75, 0, 0, 1498.25, 905.5, 0, 0, 0, 1, 0});
   for (int i = 0; i < 6; ++i) cdr.number(std::uint32_t(0));
   cdr.number(std::uint8_t(0));
+  return cdr.bytes();
+}
+
+/// Lines and a text, and the MarkerArray of them at 2.5 s.
+inline std::vector<dds::GraphMarker> some_markers() {
+  return {{"procam/lamp", "frustum", {{0, 0, 0}, {0.5, -0.25, 1}}, "", 0.01, {1, 0.5f, 0.25f, 1}},
+          {"map", "words", {{1, 2, 3}}, "95 %", 0.125, {0, 1, 0, 0.5f}}};
+}
+/// visualization_msgs/Marker of Humble and later, member by member.
+inline Cdr& put_marker(Cdr& cdr, const char* frame, const char* ns, std::int32_t type, std::int32_t action,
+                       std::initializer_list<double> position, std::initializer_list<double> scale,
+                       std::array<float, 4> color, const std::vector<Vec3>& points, const char* text) {
+  cdr.number(std::int32_t(2)).number(std::uint32_t(500000000)).text(frame).text(ns);
+  cdr.number(std::int32_t(0)).number(type).number(action);
+  cdr.numbers(position).numbers({0, 0, 0, 1}).numbers(scale);
+  for (const float value : color) cdr.number(value);
+  cdr.number(std::int32_t(0)).number(std::uint32_t(0)).number(std::uint8_t(action == 0 ? 1 : 0));
+  cdr.number(std::uint32_t(points.size()));
+  for (const Vec3& p : points) cdr.numbers({p.x(), p.y(), p.z()});
+  cdr.number(std::uint32_t(0)).text("");  // colors, texture_resource
+  cdr.number(std::int32_t(0)).number(std::uint32_t(0)).text("").text("").number(std::uint32_t(0));  // texture
+  cdr.number(std::uint32_t(0)).text(text).text("").text("").number(std::uint32_t(0)).number(std::uint8_t(0));
+  return cdr;
+}
+
+inline std::vector<std::uint8_t> marker_bytes() {
+  Cdr cdr;
+  cdr.number(std::uint32_t(3));
+  put_marker(cdr, "", "", 0, 3, {0, 0, 0}, {0, 0, 0}, {0, 0, 0, 0}, {}, "");
+  put_marker(cdr, "procam/lamp", "frustum", 5, 0, {0, 0, 0}, {0.01, 0, 0}, {1, 0.5f, 0.25f, 1},
+             some_markers().front().lines, "");
+  put_marker(cdr, "map", "words", 9, 0, {1, 2, 3}, {0, 0, 0.125}, {0, 1, 0, 0.5f}, {}, "95 %");
+  return cdr.bytes();
+}
+
+/// A state of a device, and the DiagnosticArray of it at 2.5 s.
+inline dds::DeviceHealth some_health() {
+  return {"procam: lamp", dds::HealthLevel::kWarning, "faults: depth 2", {{"frames", "61"}, {"a", ""}}};
+}
+inline std::vector<std::uint8_t> health_bytes() {
+  Cdr cdr;
+  put(cdr, 2, 500000000, "").number(std::uint32_t(1)).number(std::uint8_t(1));
+  cdr.text("procam: lamp").text("faults: depth 2").text("");
+  cdr.number(std::uint32_t(2)).text("frames").text("61").text("a").text("");
   return cdr.bytes();
 }
 

@@ -145,6 +145,36 @@ TEST(GroupMembers, OfTwoLeadersOneStays) {
   EXPECT_FALSE(b.members.leads());
 }
 
+/// A host whose cable was out for a while must not bring its old state back to the others, though its term is greater.
+TEST(GroupMembers, OfTwoHalvesThatMeetTheLargerOneStays) {
+  Host a(11, 5, 0), b(12, 4, 30), c(13, 3, -7), lone(14, 9, 100);
+  std::vector<Host*> all = {&a, &b, &c, &lone};
+  Network larger({&a, &b, &c}), smaller({&lone});
+  larger.run(3);
+  ASSERT_TRUE(a.members.leads());
+  // The lone one has seen many leaders come and go.
+  lone.members.set_state(7);
+  smaller.run(3);
+  ASSERT_TRUE(lone.members.leads());
+  ASSERT_GT(lone.members.term(), a.members.term());
+  const std::uint64_t others_term = lone.members.term();
+  for (double t = 3; t < 3.3; t += 0.05)
+    for (Host* host : all) {
+      for (Host* other : all)
+        if (other != host) other->members.take(host->members.beat(host->clock(t)), other->clock(t));
+      host->members.decide(host->clock(t));
+    }
+  EXPECT_TRUE(a.members.leads());
+  EXPECT_FALSE(lone.members.leads() || b.members.leads() || c.members.leads());
+  EXPECT_GT(a.members.term(), others_term) << "its state replaces that of the other one";
+  // The other one may have given up before it was seen to lead.
+  MemberBeat follower = lone.members.beat(lone.clock(3.3));
+  follower.term = 20;
+  a.members.take(follower, a.clock(3.3));
+  a.members.decide(a.clock(3.3));
+  EXPECT_EQ(a.members.term(), 21u);
+}
+
 /// Clocks that differ by days and by 40 ppm, 0.4 ms of way and 1 ms of mean jitter: group time agrees within the bound that
 /// is reported. 40 beats in both directions; the chance that no beat of 5 s has less than 0.2 ms of jitter is below 1e-8.
 TEST(GroupMembers, GroupTimeAgreesWithinTheReportedBound) {

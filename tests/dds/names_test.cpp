@@ -40,6 +40,17 @@ TEST(Ros2Source, RefusesWhatIsNone) {
     EXPECT_ERROR(parse_ros2_source(text), kInput, "ros2:");
 }
 
+/// A mistyped remap would leave the source at the name from before, unseen.
+TEST(Ros2Source, RefusesARemapOfANameThatIsNotRead) {
+  EXPECT_ERROR(parse_ros2_source("map,base,/ft:=/robot1/tf"), kInput, "remap one of: /tf, /tf_static");
+  EXPECT_ERROR(parse_ros2_source("/odom,/odm:=/wheels/odom"), kInput, "remap one of: /odom");
+  EXPECT_ERROR(parse_ros2_source("map,base,/clock:=/sim/clock"), kInput, "changes no name that is read");
+  EXPECT_EQ(parse_ros2_source("map,base,/clock:=/sim/clock,use_sim_time:=true").clock, "/sim/clock");
+  EXPECT_EQ(parse_ros2_topic("/eye/image,/eye/camera_info:=/lens", "camera").info, "/lens");
+  EXPECT_ERROR(parse_ros2_topic("/eye/image,/camera_info:=/lens", "camera"), kInput,
+               "remap one of: /eye/image, /eye/camera_info");
+}
+
 TEST(Ros2Source, OtherTextsAreOpenedAsBefore) {
   EXPECT_NE(open_pose_source("udp:127.0.0.1:" + test::free_udp_port()), nullptr);
   EXPECT_ERROR(open_pose_source("laser:1"), kInput, "ros2:[FRAME,CHILD | /TOPIC]");

@@ -5,6 +5,7 @@
 #include "procam/dds/group.hpp"
 #include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
+#include "procam/dds/security.hpp"
 #include "support/expect_error.hpp"
 #include "support/udp.hpp"
 
@@ -21,6 +22,11 @@ TEST(NoDds, ImagesNameThePackages) {
   EXPECT_ERROR(ImageSource("/image"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
   EXPECT_ERROR(DepthImageSource("/depth"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
   EXPECT_ERROR(ImageSource("/a,/b"), kInput, "one topic");
+}
+
+TEST(NoDds, SecurityNamesThePackages) {
+  EXPECT_ERROR(use_security("enclave"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
+  EXPECT_NO_THROW(use_security({}));
 }
 
 TEST(NoDds, AGroupNamesThePackages) {

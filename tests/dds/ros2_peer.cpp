@@ -11,13 +11,17 @@
 
 namespace procam::test {
 
-std::string LoopbackDomain::configuration(const std::string& discovery, int lost_per_mille) {
+std::string LoopbackDomain::configuration(const std::string& discovery, int lost_per_mille,
+                                          const std::string& capture) {
   return "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\" multicast=\"false\"/>"
          "</Interfaces><AllowMulticast>false</AllowMulticast></General><Discovery>" +
          discovery +
          "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>10</MaxAutoParticipantIndex>"
          "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery><Internal><Test><XmitLossiness>" +
-         std::to_string(lost_per_mille) + "</XmitLossiness></Test></Internal></Domain></CycloneDDS>";
+         std::to_string(lost_per_mille) + "</XmitLossiness></Test></Internal>" +
+         (capture.empty() ? ""
+                          : "<Tracing><PacketCaptureFile>" + capture + "</PacketCaptureFile></Tracing>") +
+         "</Domain></CycloneDDS>";
 }
 
 LoopbackDomain::LoopbackDomain() {
@@ -44,14 +48,16 @@ LoopbackDomain::~LoopbackDomain() {
   if (lock_ >= 0) ::close(lock_);
 }
 
-Ros2Peer::Ros2Peer(const LoopbackDomain& domain, int lost_per_mille) {
+Ros2Peer::Ros2Peer(const LoopbackDomain& domain, int lost_per_mille, const dds_qos_t* qos,
+                   const std::string& capture) {
   static std::atomic<int> others{120};
   const auto id = dds_domainid_t(others++);
   domain_ = dds_create_domain(
       id, LoopbackDomain::configuration(
-              "<ExternalDomainId>" + std::to_string(domain.number()) + "</ExternalDomainId>", lost_per_mille)
+              "<ExternalDomainId>" + std::to_string(domain.number()) + "</ExternalDomainId>", lost_per_mille,
+              capture)
               .c_str());
-  participant_ = dds_create_participant(id, nullptr, nullptr);
+  participant_ = dds_create_participant(id, qos, nullptr);
   EXPECT_GT(domain_, 0);
   EXPECT_GT(participant_, 0);
 }

@@ -15,7 +15,9 @@ class LoopbackDomain {
   ~LoopbackDomain();
   int number() const { return number_; }
   /// What the environment says to any other program that is to take part.
-  static std::string configuration(const std::string& discovery = "", int lost_per_mille = 0);
+  /// `capture`: a file for every packet of the program (pcap); empty: none.
+  static std::string configuration(const std::string& discovery = "", int lost_per_mille = 0,
+                                   const std::string& capture = "");
 
  private:
   int number_ = 0, lock_ = -1;
@@ -23,8 +25,9 @@ class LoopbackDomain {
 
 class Ros2Peer {
  public:
-  /// `lost_per_mille`: packets that it does not send.
-  explicit Ros2Peer(const LoopbackDomain& domain, int lost_per_mille = 0);
+  /// `lost_per_mille`: packets that it does not send. `qos`: of its participant; `capture`: as above.
+  explicit Ros2Peer(const LoopbackDomain& domain, int lost_per_mille = 0, const dds_qos_t* qos = nullptr,
+                    const std::string& capture = "");
   ~Ros2Peer();
   Ros2Peer(const Ros2Peer&) = delete;
   Ros2Peer& operator=(const Ros2Peer&) = delete;

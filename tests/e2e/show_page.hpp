@@ -18,8 +18,9 @@ namespace procam::test {
 
 class Page {
  public:
-  explicit Page(std::string port) : port_(std::move(port)) {}
-  std::string flags() const { return " --control 127.0.0.1:" + port_ + " --token secret-token"; }
+  explicit Page(std::string port, std::string address = "127.0.0.1")
+      : port_(std::move(port)), address_(std::move(address)) {}
+  std::string flags() const { return " --control " + address_ + ":" + port_ + " --token secret-token"; }
   void command(const nlohmann::json& command) const { talk("POST /command", command.dump()); }
   /// Null while there is none.
   nlohmann::json status() const { return nlohmann::json::parse(talk("GET /status"), nullptr, false); }
@@ -37,12 +38,15 @@ class Page {
     const int handle = socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in to{};
     to.sin_family = AF_INET;
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to.sin_addr.s_addr = inet_addr(address_.c_str());
     to.sin_port = htons(std::uint16_t(std::stoi(port_)));
+    // One that is stopped does not answer.
+    const timeval patience{2, 0};
+    setsockopt(handle, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     std::string answer;
     if (connect(handle, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0) {
       const std::string request =
-          what + " HTTP/1.1\r\nHost: 127.0.0.1:" + port_ +
+          what + " HTTP/1.1\r\nHost: " + address_ + ":" + port_ +
           "\r\nConnection: close\r\nAuthorization: Bearer secret-token\r\nContent-Length: " +
           std::to_string(body.size()) + "\r\n\r\n" + body;
       send(handle, request.data(), request.size(), MSG_NOSIGNAL);
@@ -54,7 +58,7 @@ class Page {
     const std::size_t head = answer.find("\r\n\r\n");
     return head == answer.npos ? "" : answer.substr(head + 4);
   }
-  std::string port_;
+  std::string port_, address_;
 };
 
 inline bool becomes_true(const std::function<bool()>& is_done, double seconds = 15) {

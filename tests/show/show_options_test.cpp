@@ -97,6 +97,7 @@ TEST(ShowOptions, TheSchemaDescribesExactlyWhatIsWritten) {
   other.people->delay_s = 0.02;
   other.record = "run.log";
   other.publish = "ros2:/procam";
+  other.dds_security = "enclaves/projector";
   other.group = "foyer";
   other.group_strength = -7;
   other.renderer = "gl";

@@ -32,6 +32,11 @@ void declare_devices(CLI::App& app, CaptureFlags& flags) {
       [&](const std::string& text) { flags.camera_options.size = io::parse_size(text); },
       "Image size of the cameras, e.g. 1280x720 (default: the driver's)")
       ->needs(camera);
+  app.add_option(
+         "--dds-security", flags.dds_security,
+         "Folder with the certificates of DDS Security, as ros2 security create_enclave writes it: for cameras "
+         "ros2:/TOPIC")
+      ->needs(camera);
   app.add_option("--exposure", flags.camera_options.exposure,
                  "Exposure in the unit of the camera driver; switches automatic exposure off")
       ->needs(camera);

@@ -17,6 +17,7 @@ struct CaptureFlags {
   std::vector<std::string> cameras, displays;  ///< as typed: PLACE, or of several NAME=PLACE
   std::filesystem::path watch;
   device::CameraOptions camera_options;
+  std::filesystem::path dds_security;
   bool list_displays = false;
   std::string pattern = "gray";
   std::optional<Board> board;

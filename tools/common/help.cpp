@@ -76,7 +76,7 @@ constexpr ValueType kValueTypes[] = {
      " align-maps:map arm base blend-with check compare depth draws image into intrinsics known-camera markers mount observations output pan-tilt points pose prior "
      "preview record replay report rig save-board save-depth save-draws save-markers save-points save-poses save-mount save-show show shown sightings station-pose surfaces truth update video virtual watch-markers watch-save weights "
      "write-moved write-observations sensor mirror-view INPUT "},
-    {"FOLDER", " captures data decoded figures images project watch-folder "},
+    {"FOLDER", " captures data dds-security decoded figures images project watch-folder "},
     {"LENGTH",
      " accept depth-scale deviation distance far farthest focal-length measured marker-size max-move mirror-depth near nearest scale text-height unit wall "},
     {"ANGLE", " bump max-turn pitch roll yaw "},

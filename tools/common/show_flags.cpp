@@ -316,6 +316,10 @@ void declare_network(CLI::App& app, show::ShowOptions& o) {
       "--publish", o.publish,
       "ros2:[NAMESPACE]: publish the projector in the ROS 2 graph: CameraInfo, markers, and the frames of the rig "
       "and the surfaces on /tf_static");
+  app.add_option(
+      "--dds-security", o.dds_security,
+      "Folder with the certificates of DDS Security, as ros2 security create_enclave writes it: for all "
+      "ros2: and groups and fleets");
   CLI::Option* group = app.add_option(
       "--group", o.group,
       "Name of a group of hosts that show the same: one state, one clock of contents, one leader (docs/live.md)");

@@ -8,6 +8,7 @@
 /// | topic | type | QoS |
 /// |---|---|---|
 /// | NAMESPACE/PROJECTOR/camera_info | sensor_msgs/CameraInfo | reliable, transient local |
+/// | NAMESPACE/PROJECTOR/image | sensor_msgs/Image, rgb8 | reliable, volatile |
 /// | /tf_static | tf2_msgs/TFMessage | reliable, transient local |
 /// | /tf | tf2_msgs/TFMessage | reliable, volatile |
 /// | NAMESPACE/markers | visualization_msgs/MarkerArray | reliable, transient local |
@@ -24,6 +25,7 @@
 #include <vector>
 
 #include "procam/core/base/export.hpp"
+#include "procam/core/base/image.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/core/geometry/frame_tree.hpp"
 #include "procam/core/lens/camera.hpp"
@@ -66,6 +68,14 @@ class PROCAM_EXPORT ProjectorPublisher {
   /// `unix_time`: of the message, seconds. Throws Error(kInput) for a name that has no letter of a topic's name, and
   /// Error(kDevice) when DDS does not take the message.
   void publish_camera_info(const std::string& device, const Camera& camera, double unix_time);
+
+  /// Whether a node reads the frames of this device. The topic exists from the first call on. Throws as above.
+  bool has_image_reader(const std::string& device);
+
+  /// A frame of 8 bits a channel: red, green, blue; `unix_time`: of its light. It waits for 100 ms at most when the network
+  /// is slow. After has_image_reader() it may be called by another thread than the other functions. Throws as above, and
+  /// std::invalid_argument for another number of channels.
+  void publish_image(const std::string& device, ViewU8 frame, double unix_time);
 
   /// The static frames: for each link its source frame in its target frame, the parent. They replace those from before;
   /// a late joiner gets the newest. Throws Error(kDevice).

@@ -136,6 +136,10 @@ struct ShowOptions {
   /// ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp).
   std::string publish;
 
+  /// Folder of the certificates of DDS Security (dds/security.hpp), for all that the show opens in the graph. Empty: as the
+  /// environment states.
+  std::string dds_security;
+
   /// Hosts with one name show one show (docs/live.md). Of hosts that have the state, the one with the greatest strength
   /// follows a leader that is gone.
   std::string group;

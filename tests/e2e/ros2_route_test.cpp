@@ -221,7 +221,7 @@ TEST_F(Ros2Route, LossRestartsAndGarbageLeaveNoStaleFrameAndNoMemory) {
   char text[] = "\xff\xfe";
   nav_msgs_msg_dds__Odometry_ wrong{};
   wrong.header.frame_id = wrong.child_frame_id = text;
-  int starts = 0;
+  int starts = 0, sent = 0;
   double memory = 0;  // when all has happened a few times
   const double begin = steady_now();
   while (steady_now() < begin + duration) {
@@ -233,9 +233,13 @@ TEST_F(Ros2Route, LossRestartsAndGarbageLeaveNoStaleFrameAndNoMemory) {
       tf.send(t, 0.1 * std::sin(t), 0.05 * std::sin(t));
       wrong.header.stamp.sec = std::int32_t(t);
       dds_write(garbage, &wrong);
+      ++sent;
       std::this_thread::sleep_for(std::chrono::milliseconds(15));
     }
-    EXPECT_TRUE(becomes_true([&] { return page.status()["pose_state"] == "fresh"; })) << starts;
+    EXPECT_TRUE(becomes_true([&] {
+      tf.send(steady_now(), 0);
+      return page.status()["pose_state"] == "fresh";
+    })) << starts;
     if (memory == 0 && steady_now() > begin + duration / 4) memory = live.memory();
   }
   const double grown = (live.memory() - memory) / (1 << 20);
@@ -245,8 +249,9 @@ TEST_F(Ros2Route, LossRestartsAndGarbageLeaveNoStaleFrameAndNoMemory) {
   live.tell(SIGTERM);
   EXPECT_EQ(live.wait(), 130);
   const nlohmann::json numbers = nlohmann::json::parse(slurp(at("live.json")));
-  EXPECT_GT(numbers["poses"]["taken"].get<double>(), 20 * duration);
-  EXPECT_GT(numbers["faults"]["ros2_undecodable"].get<double>(), duration) << numbers["faults"];
+  // What is sent before a new robot is known is lost.
+  EXPECT_GT(numbers["poses"]["taken"].get<double>(), 0.6 * sent);
+  EXPECT_GT(numbers["faults"]["ros2_undecodable"].get<double>(), 0.6 * sent) << numbers["faults"];
   EXPECT_LE(numbers["pose_age_ms"]["largest"].get<double>(), 300) << "of frames that are not black";
   std::printf("%.0f poses, %.0f messages rejected, oldest pose of a lit frame %.0f ms\n",
               numbers["poses"]["taken"].get<double>(), numbers["faults"]["ros2_undecodable"].get<double>(),

@@ -15,8 +15,8 @@
 namespace procam::track {
 namespace {
 
-constexpr double kDelay = 0.06, kOutput = 0.04;  // 100 ms from the moment meant to the light
-constexpr double kWall = 2;                      // x of the wall, metres
+constexpr double kLocaliserDelay = 0.06, kTimeToLight = 0.04;  // 100 ms from the moment meant to the light
+constexpr double kWall = 2;                                    // x of the wall, metres
 const Vec3 kBaseFromLamp(0.12, -0.05, 0.31);
 
 /// Where the light of `place` on the wall is along it, drawn with an estimated pose by a robot that is elsewhere.
@@ -47,13 +47,13 @@ struct Robot {
       : drive(Pose(so3_exp(Vec3(0.01, -0.02, turn)), Vec3(0.05, y, 0.1)), legs(turn), 100) {
     simulate::Localiser localiser;
     localiser.rate = 30;
-    localiser.delay = kDelay;
+    localiser.delay = kLocaliserDelay;
     localiser.position_sigma = noise;
     localiser.rotation_sigma = 0.75 * noise;
     localiser.seed = seed;
     messages = simulate::localise(drive, localiser);
     TrackOptions options;
-    options.delay = kDelay;
+    options.delay = kLocaliserDelay;
     track.emplace(options);
   }
   /// To and fro before the wall, turning a little, from rest to rest.
@@ -75,7 +75,7 @@ struct Robot {
       message.frame_from_child = messages[next].measured;
       track->add(message);
     }
-    return track->at(now + kOutput);
+    return track->at(now + kTimeToLight);
   }
   simulate::Drive drive;
   std::vector<simulate::LocalisedPose> messages;
@@ -99,7 +99,7 @@ Gap gap_of_halves(double noise) {
       for (Robot* robot : {&left, &right}) {
         const TrackedPose seen = robot->at(now);
         const double light =
-            light_along_wall(robot->drive.world_from_rig(now + kOutput), seen.frame_from_child, edge);
+            light_along_wall(robot->drive.world_from_rig(now + kTimeToLight), seen.frame_from_child, edge);
         gap += (robot == &left ? 1 : -1) * light;
         variance += light_variance(seen, edge);
       }

@@ -14,6 +14,7 @@
 
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "graph_values.hpp"
@@ -468,14 +469,22 @@ TEST(FastDds, SecuredPosesAndFramesPassBothWays) {
   dds::ProjectorPublisher publisher("ros2:/procam");
   publisher.publish_camera_info("lamp", lens_shifted_projector(), 1700000000.5);
   dds::use_security({});
-  FastPeer robot(domain, keystore.enclave("robot"));
-  fast::DataWriter* tf = robot.writer(kTf, "rt/tf");
-  ASSERT_TRUE(has_readers(tf) && is_connected(*source)) << source->status().last_error;
+  // On a busy machine the handshake of the two vendors fails in some runs and is not repeated. A node that starts again gets
+  // another one.
+  std::optional<FastPeer> robot;
+  fast::DataWriter* tf = nullptr;
+  const auto connects = [&] {
+    robot.reset();
+    robot.emplace(domain, keystore.enclave("robot"));
+    tf = robot->writer(kTf, "rt/tf");
+    return has_readers(tf) && is_connected(*source);
+  };
+  ASSERT_TRUE(connects() || connects() || connects() || connects()) << source->status().last_error;
   write(tf, transforms(1700000000, 250000000, "map", "base_link", some_pose(2)));
   const auto poses = next_poses(*source);
   ASSERT_EQ(poses.size(), 1u);
   expect_equal(poses[0].frame_from_child, some_pose(2));
-  EXPECT_EQ(next_bytes(robot.reader("sensor_msgs::msg::dds_::CameraInfo_", "rt/procam/lamp/camera_info")),
+  EXPECT_EQ(next_bytes(robot->reader("sensor_msgs::msg::dds_::CameraInfo_", "rt/procam/lamp/camera_info")),
             camera_info_bytes(1700000000, 500000000, "procam/lamp"));
 }
 #endif

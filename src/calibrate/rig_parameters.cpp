@@ -5,6 +5,7 @@
 
 #include "prior_terms.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "residual_blocks.hpp"
 #include "rig_covariance.hpp"
 
 namespace procam::calibrate {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "procam/core/base/cholesky.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::detect {

@@ -12,6 +12,7 @@
 #include "disc_fit.hpp"
 #include "fit_verdict.hpp"
 #include "procam/core/base/cholesky.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::detect {

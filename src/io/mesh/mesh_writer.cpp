@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "procam/core/base/error.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/io/files.hpp"
 

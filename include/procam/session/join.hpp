@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "procam/core/base/export.hpp"
+#include "procam/core/base/image.hpp"
 #include "procam/core/rig/observation.hpp"
 
 namespace procam::session {

@@ -16,15 +16,21 @@ Options flat_options() {
   return options;
 }
 
+/// The session of one world up to a view, and of another one from it on.
+Correspondences exchanged_from(std::size_t view, const NumericWorld& before, const NumericWorld& after,
+                               std::uint64_t seed) {
+  Correspondences data = before.correspondences(seed);
+  const Correspondences later = after.correspondences(seed + 1);
+  for (std::size_t v = view; v < data.views.size(); ++v) data.views[v] = later.views[v];
+  return data;
+}
+
 /// The projector stands elsewhere from a view on.
 Correspondences moved_from(const NumericWorld& world, std::size_t view, const Pose& motion,
                            std::uint64_t seed) {
   NumericWorld after = world;
   after.projector_from_camera = motion * world.projector_from_camera;
-  Correspondences data = world.correspondences(seed);
-  const Correspondences elsewhere = after.correspondences(seed + 1);
-  for (std::size_t v = view; v < data.views.size(); ++v) data.views[v] = elsewhere.views[v];
-  return data;
+  return exchanged_from(view, world, after, seed);
 }
 
 /// Nudged by 0.05 degrees and 2 mm, a pixel or two of light: no view is rejected.
@@ -66,10 +72,7 @@ Correspondences zoomed_from(const NumericWorld& world, std::size_t view, DeviceK
   Intrinsics& k =
       kind == DeviceKind::kCamera ? after.camera.intrinsics : after.projector.inverse_camera.intrinsics;
   k.fx *= 1 + share, k.fy *= 1 + share, k.cx += 60 * share, k.cy -= 40 * share;
-  Correspondences data = world.correspondences(seed);
-  const Correspondences zoomed = after.correspondences(seed + 1);
-  for (std::size_t v = view; v < data.views.size(); ++v) data.views[v] = zoomed.views[v];
-  return data;
+  return exchanged_from(view, world, after, seed);
 }
 
 /// Zoomed by 0.3 % either way, a pixel or two at the border. The rig has the mean of the two lenses, and its covariance holds

@@ -27,22 +27,24 @@ double curvature_of(const Points3& printed, double share) {
   return 8 * share / diagonal;
 }
 
-/// A symmetric positive matrix, scaled to a unit diagonal; nullopt where it is singular.
+/// A symmetric positive matrix of which the lower triangle is given, scaled to a unit diagonal; nullopt where it is singular.
 struct Factors {
   VecX scale;
-  Eigen::LDLT<MatX> of_scaled;
+  Eigen::LLT<MatX> of_scaled;
 
   double log_determinant() const {
-    return of_scaled.vectorD().array().log().sum() - 2 * scale.array().log().sum();
+    return 2 * (of_scaled.matrixLLT().diagonal().array().log().sum() - scale.array().log().sum());
   }
-  MatX solve(const MatX& right) const {
-    return scale.asDiagonal() * of_scaled.solve(MatX(scale.asDiagonal() * right));
+  /// L^-1 right, where the matrix is L L^T.
+  MatX half_solve(const MatX& right) const {
+    return of_scaled.matrixL().solve(MatX(scale.asDiagonal() * right));
   }
 };
-std::optional<Factors> factors_of(const MatX& matrix) {
-  Factors factors{matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse(), {}};
-  factors.of_scaled.compute(MatX(factors.scale.asDiagonal() * matrix * factors.scale.asDiagonal()));
-  if (factors.of_scaled.info() != Eigen::Success || !(factors.of_scaled.vectorD().minCoeff() > 1e-14))
+std::optional<Factors> factors_of(const Eigen::Ref<const MatX>& lower) {
+  Factors factors{lower.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse(), {}};
+  factors.of_scaled.compute(MatX(factors.scale.asDiagonal() * lower * factors.scale.asDiagonal()));
+  if (factors.of_scaled.info() != Eigen::Success ||
+      !(factors.of_scaled.matrixLLT().diagonal().cwiseAbs2().minCoeff() > 1e-14))
     return std::nullopt;
   return factors;
 }
@@ -59,6 +61,21 @@ struct VariationEquations {
 
   Eigen::Index own_size() const { return own.empty() ? 0 : own.front().rows(); }
 };
+
+/// Two rows over [common parameters, own, residual]: which columns they have, and what is there.
+std::pair<std::vector<Eigen::Index>, Eigen::Matrix2Xd> row_of(const Linearised& measured,
+                                                              const std::vector<Eigen::Index>& taken,
+                                                              Eigen::Index n) {
+  const Eigen::Index common = Eigen::Index(measured.columns.size()), own = 3 * Eigen::Index(taken.size());
+  std::vector<Eigen::Index> columns(measured.columns.begin(), measured.columns.end());
+  for (Eigen::Index i = 0; i <= own; ++i) columns.push_back(n + i);
+  Eigen::Matrix2Xd values(2, common + own + 1);
+  values.leftCols(common) = measured.by_common;
+  for (std::size_t i = 0; i < taken.size(); ++i)
+    values.middleCols<3>(common + 3 * Eigen::Index(i)) = measured.by_view.middleCols<3>(taken[i]);
+  values.rightCols<1>() = measured.residual;
+  return {std::move(columns), std::move(values)};
+}
 
 /// `solution` with everything free that may vary.
 std::optional<VariationEquations> equations_of(const Correspondences& data, const Solution& solution) {
@@ -88,19 +105,24 @@ std::optional<VariationEquations> equations_of(const Correspondences& data, cons
         measured.push_back(*std::move(one));
       }
     if (measured.size() < 5) continue;
-    MatX rows = MatX::Zero(Eigen::Index(2 * measured.size()), n + own + 1), by_pose(rows.rows(), 6);
-    for (std::size_t k = 0; k < measured.size(); ++k) {
-      auto row = rows.middleRows<2>(Eigen::Index(2 * k));
-      for (std::size_t i = 0; i < measured[k].columns.size(); ++i)
-        row.col(measured[k].columns[i]) += measured[k].by_common.col(Eigen::Index(i));
-      for (std::size_t i = 0; i < taken.size(); ++i)
-        row.middleCols<3>(n + 3 * Eigen::Index(i)) = measured[k].by_view.middleCols<3>(taken[i]);
-      row.rightCols<1>() = measured[k].residual;
+    // Sum of row^T row, less the part within the span of the pose's columns, of which `within` is a basis. A row has few columns.
+    MatX by_pose(Eigen::Index(2 * measured.size()), 6);
+    for (std::size_t k = 0; k < measured.size(); ++k)
       by_pose.middleRows<2>(Eigen::Index(2 * k)) = measured[k].by_view.leftCols<6>();
+    const MatX within =
+        Eigen::HouseholderQR<MatX>(by_pose).householderQ() * MatX::Identity(by_pose.rows(), 6);
+    MatX squares = MatX::Zero(n + own + 1, n + own + 1), spanned = MatX::Zero(6, n + own + 1);
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      const auto [columns, values] = row_of(measured[k], taken, n);
+      const auto basis = within.middleRows<2>(Eigen::Index(2 * k));
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        spanned.col(columns[i]) += basis.transpose() * values.col(Eigen::Index(i));
+        for (std::size_t j = 0; j < columns.size(); ++j)
+          squares(columns[i], columns[j]) += values.col(Eigen::Index(i)).dot(values.col(Eigen::Index(j)));
+      }
     }
-    const MatX turned = Eigen::HouseholderQR<MatX>(by_pose).householderQ().adjoint() * rows;
-    const MatX rest = turned.bottomRows(turned.rows() - 6);
-    const MatX squares = weights[v] * (rest.transpose() * rest);
+    squares.noalias() -= spanned.transpose() * spanned;
+    squares *= weights[v];
     out.common.topLeftCorner(n, n) += squares.topLeftCorner(n, n);
     out.common.topRightCorner(n, 1) += squares.topRightCorner(n, 1);
     out.common.bottomLeftCorner(1, n) += squares.bottomLeftCorner(1, n);
@@ -111,7 +133,7 @@ std::optional<VariationEquations> equations_of(const Correspondences& data, cons
       value.segment<3>(3 * Eigen::Index(i)) = own_prior(state, options, v).value.segment<3>(taken[i] - 6);
     out.value.push_back(std::move(value));
     out.weight.push_back(weights[v]);
-    out.rows += weights[v] * double(rest.rows());
+    out.rows += weights[v] * double(by_pose.rows() - 6);
   }
   for (const PriorRow& prior : prior_rows(data, state, options, common)) {
     VecX row = VecX::Zero(n + 1);
@@ -141,8 +163,9 @@ VariationTrial try_sizes(const VariationEquations& equations, const ViewVariatio
   const MatX prior = whitening.transpose() * whitening;
   const double of_prior = 2 * std::log(std::abs(whitening.topLeftCorner<3, 3>().determinant())) +
                           2 * whitening.diagonal().tail(own - 3).array().log().sum();
-  MatX left = equations.common;  // the own of every view eliminated from it
-  double log_determinant = 0;
+  // What the own of the views explain of [common parameters, residual]: explained^T explained.
+  MatX explained(own * Eigen::Index(equations.own.size()), n + 1);
+  double log_determinant = 0, of_values = 0;
   for (std::size_t v = 0; v < equations.own.size(); ++v) {
     const double w = equations.weight[v];
     MatX cross(own, n + 1);
@@ -150,14 +173,16 @@ VariationTrial try_sizes(const VariationEquations& equations, const ViewVariatio
     cross.col(n) += w * (prior * equations.value[v]);
     const auto factors = factors_of(MatX(equations.own[v].middleCols(n, own) + w * prior));
     if (!factors) return {};
-    left -= cross.transpose() * factors->solve(cross);
-    left(n, n) += w * equations.value[v].dot(prior * equations.value[v]);
+    explained.middleRows(own * Eigen::Index(v), own) = factors->half_solve(cross);
+    of_values += w * equations.value[v].dot(prior * equations.value[v]);
     log_determinant += factors->log_determinant() - of_prior - double(own) * std::log(w);
   }
+  MatX left = equations.common;
+  left.selfadjointView<Eigen::Lower>().rankUpdate(explained.transpose(), -1);
   const auto common = factors_of(left.topLeftCorner(n, n));
   if (!common) return {};
-  const VecX right = left.topRightCorner(n, 1);
-  const double squares = left(n, n) - right.dot(VecX(common->solve(right)));
+  const double squares =
+      left(n, n) + of_values - common->half_solve(left.bottomLeftCorner(1, n).transpose()).squaredNorm();
   if (!(squares > 0)) return {};
   return {equations.rows * std::log(squares) + log_determinant + common->log_determinant(),
           std::sqrt(squares / equations.rows)};

@@ -33,7 +33,7 @@ void bind_lens_model(py::module_& m) {
            py::arg("name"));
 }
 
-void bind_options(py::module_& m) {
+void bind_calibration_options(py::module_& m) {
   Enum<calibrate::BoardShape>(
       m, "BoardShape",
       "Is the board as it was printed, and flat? A sheet on a clipboard is not: it bends by\n"
@@ -176,7 +176,7 @@ void bind_alternatives(py::module_& m) {
               "determine the model.");
 }
 
-void bind_result(py::module_& m) {
+void bind_calibration_result(py::module_& m) {
   Record<calibrate::SolvedBundle> solved_bundle(
       m, "SolvedBundle",
       "Where the solve ended, to go on from with bundle.hpp, uncertainty.hpp and\n"
@@ -265,7 +265,7 @@ void bind_gates(py::module_& m) {
            py::arg("rig"), py::arg_v("limits", calibrate::GateLimits{}, "GateLimits()"));
 }
 
-void bind_mirror(py::module_& m) {
+void bind_mirror_view(py::module_& m) {
   Record<calibrate::MirrorView> mirror_view(m, "MirrorView", "What the camera itself saw of the mirror.");
   mirror_view.fields_init()
       .field("board", &calibrate::MirrorView::board, "that lies on the mirror")
@@ -293,7 +293,7 @@ void bind_mirror(py::module_& m) {
            py::arg("mirrored"), py::arg("view"));
 }
 
-void bind_next_view(py::module_& m) {
+void bind_next_view_advice(py::module_& m) {
   function(m, "covariance_with_view", &calibrate::covariance_with_view,
            "The rig's covariance (the rows of result.rig.covariance) with one more view at each\n"
            "of the poses. Where the residuals of the views exceed their noise\n"
@@ -378,13 +378,13 @@ void bind_calibrate_functions(py::module_& m) {
 
 void bind_calibrate(py::module_& m) {
   bind_lens_model(m);
-  bind_options(m);
+  bind_calibration_options(m);
   bind_view_results(m);
   bind_alternatives(m);
-  bind_result(m);
+  bind_calibration_result(m);
   bind_gates(m);
-  bind_mirror(m);
-  bind_next_view(m);
+  bind_mirror_view(m);
+  bind_next_view_advice(m);
   bind_points(m);
   bind_calibrate_functions(m);
 }

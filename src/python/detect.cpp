@@ -8,7 +8,7 @@ namespace procam::python {
 
 namespace {
 
-void bind_chessboard(py::module_& m) {
+void bind_chessboard_detection(py::module_& m) {
   Record<detect::ChessboardOptions> chessboard_options(m, "ChessboardOptions",
                                                        "How chessboard corners are found and refined.");
   chessboard_options.fields_init()
@@ -143,7 +143,7 @@ void bind_shown_board(py::module_& m) {
 }  // namespace
 
 void bind_detect(py::module_& m) {
-  bind_chessboard(m);
+  bind_chessboard_detection(m);
   bind_board(m);
   bind_marker_edges(m);
   bind_shown_board(m);

@@ -29,7 +29,7 @@ void bind_data(py::module_& m) {
       .field("sightings", &MountData::sightings, "in any order");
 }
 
-void bind_options(py::module_& m) {
+void bind_mount_options(py::module_& m) {
   Enum<calibrate::BaseMotion>(m, "BaseMotion", "How the base moves: in a plane, freely, or as the data show.")
       .value("kAuto", calibrate::BaseMotion::kAuto)
       .value("kPlanar", calibrate::BaseMotion::kPlanar)
@@ -89,7 +89,7 @@ void bind_options(py::module_& m) {
              "smallest change that is looked for, metres, or radians 1 m away");
 }
 
-void bind_result(py::module_& m) {
+void bind_mount_result(py::module_& m) {
   Record<calibrate::MountEvent> mount_event(m, "MountEvent", "A change during the drive.");
   Enum<calibrate::MountEvent::Kind>(mount_event.type, "Kind", "The rig was bumped, or the localiser jumped.")
       .value("kRigBumped", calibrate::MountEvent::Kind::kRigBumped)
@@ -286,8 +286,8 @@ void bind_mount(py::module_& package) {
   py::module_ calibrate = package.attr("calibrate"), simulate = package.attr("simulate"),
               session = package.attr("session"), report = package.attr("report");
   bind_data(package);
-  bind_options(calibrate);
-  bind_result(calibrate);
+  bind_mount_options(calibrate);
+  bind_mount_result(calibrate);
   bind_drives(simulate);
   bind_recordings(session);
   function(calibrate, "parse_base_motion", &calibrate::parse_base_motion, "\"auto\", \"planar\", \"full\".",

@@ -51,7 +51,7 @@ void bind_board_light(py::module_& m) {
            py::arg_v("options", pattern::BoardLightOptions{}, "BoardLightOptions()"));
 }
 
-void bind_light_map(py::module_& m) {
+void bind_decoding(py::module_& m) {
   function(m, "light_map", py::overload_cast<const ImageF&, const ViewU8&, ImageSize>(&pattern::light_map),
            "`white`: the scene under the projector's full light, for the classes of brightness.\n"
            "\n"
@@ -114,7 +114,7 @@ void bind_gray_code(py::module_& m) {
            py::arg_v("reuse", DecodedMap{}, "DecodedMap()"));
 }
 
-void bind_frame_sequence(py::module_& m) {
+void bind_pattern_sequence(py::module_& m) {
   Record<pattern::PhaseOptions> phase_options(
       m, "PhaseOptions", "How phases are read: which pixels are lit, and how phases become pixels.");
   phase_options.fields_init()
@@ -320,7 +320,7 @@ void bind_flat_checks(py::module_& m) {
            py::arg("photograph"), py::arg("on_boards"));
 }
 
-void bind_shown_board(py::module_& m) {
+void bind_shown_board_pattern(py::module_& m) {
   Record<pattern::ShownBoard> shown_board(
       m, "ShownBoard",
       "A chessboard found in a frame that was shown, with its corners in projector\n"
@@ -380,15 +380,15 @@ void bind_stripe_edges(py::module_& m) {
 
 void bind_pattern(py::module_& m) {
   bind_board_light(m);
-  bind_light_map(m);
+  bind_decoding(m);
   bind_gray_code(m);
-  bind_frame_sequence(m);
+  bind_pattern_sequence(m);
   bind_phase_shift(m);
   bind_projected_board(m);
   bind_filling_boards(m);
   bind_sequence_check(m);
   bind_flat_checks(m);
-  bind_shown_board(m);
+  bind_shown_board_pattern(m);
   bind_stripe_edges(m);
 }
 

@@ -48,7 +48,7 @@ class LockedRenderer {
   std::vector<std::array<py::object, 2>> pictures_;
 };
 
-void bind_options(py::module_& m) {
+void bind_render_options(py::module_& m) {
   Enum<render::Filter>(m, "Filter", "How content is sampled: area (several samples a pixel) or bilinear.")
       .value("kArea", render::Filter::kArea, "the mean over the pixel's footprint: no aliasing")
       .value("kBilinear", render::Filter::kBilinear,
@@ -200,7 +200,7 @@ void bind_viewer_eye(py::module_& m) {
 }  // namespace
 
 void bind_render(py::module_& m) {
-  bind_options(m);
+  bind_render_options(m);
   bind_cpu_renderer(m);
   bind_render_functions(m);
   bind_viewpoint(m);

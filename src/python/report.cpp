@@ -50,7 +50,7 @@ void bind_input(py::module_& m) {
            "Views and points of device number `device`: found, used.", py::arg("result"), py::arg("device"));
 }
 
-void bind_files(py::module_& m) {
+void bind_report_files(py::module_& m) {
   Record<report::TextFile> text_file(m, "TextFile", "A file in memory: its name and its text.");
   text_file.fields_init()
       .field("name", &report::TextFile::name, "residuals_of_camera.svg")
@@ -110,7 +110,7 @@ void bind_calibration(py::module_& m) {
            py::arg_v("input", report::ReportInput{}, "ReportInput()"));
 }
 
-void bind_plan(py::module_& m) {
+void bind_plan_page(py::module_& m) {
   function(m, "to_json", py::overload_cast<const analyze::ProjectionPlan&>(&report::to_json),
            "The plan's fields as JSON text; metres unless a name ends otherwise.", py::arg("plan"));
   function(m, "lines", py::overload_cast<const analyze::ProjectionPlan&>(&report::lines),
@@ -123,7 +123,7 @@ void bind_plan(py::module_& m) {
            py::arg("plan"));
 }
 
-void bind_prediction(py::module_& m) {
+void bind_prediction_page(py::module_& m) {
   function(m, "to_json", py::overload_cast<const std::vector<analyze::SurfacePrediction>&>(&report::to_json),
            "The fields of every surface as JSON text: {\"surfaces\": [{\"name\", \"rms_mm\",\n"
            "\"worst_mm\", \"causes\": [...], ...}]}.",
@@ -150,7 +150,7 @@ void bind_prediction(py::module_& m) {
            "The numbers of the page's figures: points.csv, causes.csv and sweeps.csv.", py::arg("surfaces"));
 }
 
-void bind_room_surfaces(py::module_& m) {
+void bind_room_surfaces_page(py::module_& m) {
   function(m, "to_json",
            py::overload_cast<const depth::Planes&, const depth::RoomSurfaces&, const depth::SensorKind&,
                              const depth::SensorCheck&>(&report::to_json),
@@ -253,11 +253,11 @@ void bind_room_calibration(py::module_& m) {
 
 void bind_report(py::module_& m) {
   bind_input(m);
-  bind_files(m);
+  bind_report_files(m);
   bind_calibration(m);
-  bind_plan(m);
-  bind_prediction(m);
-  bind_room_surfaces(m);
+  bind_plan_page(m);
+  bind_prediction_page(m);
+  bind_room_surfaces_page(m);
   bind_verify(m);
   bind_scans(m);
   bind_room_calibration(m);

@@ -8,7 +8,7 @@ namespace procam::python {
 
 namespace {
 
-void bind_points(py::module_& m) {
+void bind_room_points(py::module_& m) {
   Record<room::PositionLight> position_light(
       m, "PositionLight",
       "A light map, and what took it: the camera `camera` at its place in `view`, by the light\n"
@@ -152,7 +152,7 @@ void bind_knowledge(py::module_& m) {
              "0: as many as the machine has. The result does not depend on it");
 }
 
-void bind_result(py::module_& m) {
+void bind_room_result(py::module_& m) {
   Record<room::SolvedPosition> solved_position(m, "SolvedPosition", "Where a camera was in a view.");
   solved_position.fields_init()
       .field("camera", &room::SolvedPosition::camera, "")
@@ -219,9 +219,9 @@ void bind_result(py::module_& m) {
 }  // namespace
 
 void bind_room(py::module_& m) {
-  bind_points(m);
+  bind_room_points(m);
   bind_knowledge(m);
-  bind_result(m);
+  bind_room_result(m);
 }
 
 }  // namespace procam::python

@@ -95,7 +95,7 @@ void bind_mesh(py::module_& m) {
            py::arg("scan"), py::arg_v("options", scan::MeshOptions{}, "MeshOptions()"));
 }
 
-void bind_error(py::module_& m) {
+void bind_scan_error(py::module_& m) {
   Record<scan::ScanError> scan_error(m, "ScanError",
                                      "How far a scan is off where the truth is known, metres.");
   scan_error.fields_init()
@@ -232,7 +232,7 @@ void bind_merge(py::module_& m) {
 void bind_scan(py::module_& m) {
   bind_measure(m);
   bind_mesh(m);
-  bind_error(m);
+  bind_scan_error(m);
   bind_stations(m);
   bind_merge(m);
 }

@@ -142,7 +142,7 @@ void bind_board_view(py::module_& m) {
            py::arg("board"), py::arg("devices"), py::arg("views"));
 }
 
-void bind_projected_board(py::module_& m) {
+void bind_projected_board_views(py::module_& m) {
   Record<session::ProjectedBoardPoints> projected_board_points(
       m, "ProjectedBoardPoints", "A projected board by itself, on whatever it falls.");
   projected_board_points.fields_init()
@@ -225,7 +225,7 @@ void bind_session_views(py::module_& m) {
   bind_checks(m);
   bind_delay(m);
   bind_board_view(m);
-  bind_projected_board(m);
+  bind_projected_board_views(m);
   bind_shown_views(m);
   bind_coverage(m);
 }

@@ -8,7 +8,7 @@ namespace procam::python {
 
 namespace {
 
-void bind_options(py::module_& m) {
+void bind_show_options(py::module_& m) {
   Record<show::ViewerInput> viewer(
       m, "ViewerInput",
       "Virtual surfaces, drawn so that an eye sees them at their places behind or before the real ones.");
@@ -54,7 +54,7 @@ void bind_options(py::module_& m) {
 }  // namespace
 
 void bind_show_frames(py::module_& m) {
-  bind_options(m);
+  bind_show_options(m);
   function(
       m, "write_frames",
       [](const Rig& rig, const SolvedSurfaceSet& solved, const show::FrameFilesOptions& options,

@@ -86,7 +86,7 @@ void bind_world_geometry(py::module_& m) {
            py::arg("world"));
 }
 
-void bind_captures(py::module_& m) {
+void bind_simulated_captures(py::module_& m) {
   Record<simulate::FrameFault> frame_fault(m, "FrameFault", "What one capture of a sequence suffers.");
   frame_fault.fields_init()
       .field("gain", &simulate::FrameFault::gain, "on the exposure")
@@ -325,7 +325,7 @@ void bind_simulated_session(py::module_& m) {
 void bind_simulate(py::module_& m) {
   bind_world(m);
   bind_world_geometry(m);
-  bind_captures(m);
+  bind_simulated_captures(m);
   bind_conditions(m);
   bind_view_defects(m);
   bind_session_levels(m);

@@ -252,7 +252,7 @@ void bind_solve(py::module_& m) {
            "All diagnostics of the set, each message beginning with its surface's name.", py::arg("solved"));
 }
 
-void bind_warps(py::module_& m) {
+void bind_warp_files(py::module_& m) {
   Record<surface::MeshGrid> mesh_grid(m, "MeshGrid",
                                       "Cells of the content across and down; each becomes two triangles.");
   mesh_grid.fields_init()
@@ -314,7 +314,7 @@ void bind_surface(py::module_& m) {
   bind_blend(m);
   bind_lay_out(m);
   bind_solve(m);
-  bind_warps(m);
+  bind_warp_files(m);
 }
 
 }  // namespace procam::python

@@ -15,7 +15,7 @@ using calibrate::UpdatedView;
 using calibrate::UpdateOptions;
 using calibrate::UpdateResult;
 
-void bind_options(py::module_& m) {
+void bind_update_options(py::module_& m) {
   Record<RigChange> change(m, "RigChange",
                            "A possible change of one device. Its variance is added to the rig's covariance.");
   Enum<RigChange::Kind>(change.type, "Kind", "What changed: a pose, zoom, or focus.")
@@ -32,7 +32,7 @@ void bind_options(py::module_& m) {
              "points lie within, or where the residuals of those are twice as long as the rig's own.");
 }
 
-void bind_result(py::module_& m) {
+void bind_update_result(py::module_& m) {
   Record<DeviceChange> device_change(
       m, "DeviceChange",
       "The difference of one device between the rig and the refreshed rig. Sigmas are those of\n"
@@ -75,8 +75,8 @@ void bind_texts(py::module_& m) {
 
 void bind_update(py::module_& package) {
   py::module_ module = package.attr("calibrate"), report = package.attr("report");
-  bind_options(module);
-  bind_result(module);
+  bind_update_options(module);
+  bind_update_result(module);
   function(
       module, "to_string", [](RigChange::Kind kind) { return std::string(calibrate::to_string(kind)); },
       "As in options: \"pose\", \"zoom\", \"focus\".", py::arg("kind"));

@@ -2,8 +2,8 @@
 # under qemu-user. scripts/arm64.sh makes the sysroot: the folder with Debian's arm64 packages.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
-set(CMAKE_SYSROOT "${CMAKE_CURRENT_LIST_DIR}/../build/arm64-sysroot" CACHE PATH "Debian's arm64 packages, extracted")
-cmake_path(NORMAL_PATH CMAKE_SYSROOT)
+cmake_path(SET sysroot NORMALIZE "${CMAKE_CURRENT_LIST_DIR}/../build/arm64-sysroot")
+set(CMAKE_SYSROOT "${sysroot}" CACHE PATH "Debian's arm64 packages, extracted")
 
 foreach(language C CXX)
   set(CMAKE_${language}_COMPILER_TARGET aarch64-linux-gnu)

@@ -26,9 +26,9 @@ if(PROCAM_SANITIZE)
   add_link_options(-fsanitize=${PROCAM_SANITIZE})
 endif()
 
-# Unoptimised code compiles in half the time or less. For builds that are tested and not installed (presets ci and asan).
+# Unoptimised code compiles in half the time or less. For builds that are tested and not installed (preset ci).
 set(PROCAM_UNOPTIMISED "" CACHE STRING
-  "Components to compile without optimisation; also \"tests\", \"examples\", \"tools\", \"python\", \"fuzz\", \"bench\"")
+  "What to compile without optimisation: \"tests\", \"examples\", \"tools\", \"python\", \"bench\"")
 
 # Compiles a program without optimisation where PROCAM_UNOPTIMISED names its group. A template has instances in many objects,
 # and the linker takes the first: the libraries' objects come before the program's, so that optimised instances are used.
@@ -97,9 +97,6 @@ function(procam_component name)
   target_link_libraries(${target} ${scope} ${arg_PUBLIC})
   target_compile_definitions(${target} ${scope} ${arg_DEFINES})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
-  if(arg_SOURCES AND name IN_LIST PROCAM_UNOPTIMISED)
-    target_compile_options(${target} PRIVATE -O0)
-  endif()
   if(NOT PROCAM_INSTALL)
     return()
   endif()

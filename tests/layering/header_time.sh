@@ -4,8 +4,8 @@
 #   header_time.sh [--tries N] [--table] INCLUDE HEADER... -- FLAG...
 #   header_time.sh [--tries N] [--table] INCLUDE --all -- FLAG...
 #
-# Each header is the only line of a file, which is compiled (-O2). Processor time of the compiler, the best of N tries (3), so that another load on the machine counts little. Limit: 3 times <Eigen/Dense>, which is 2 s
-# where that takes 0.67 s. A header of all of a component (procam/core.hpp) may take 3.5 times as long as <Eigen/Dense>.
+# Each header is the only line of a file, which is compiled (-O2). Processor time of the compiler, the best of N tries (3), so
+# that another load on the machine counts little. Limit: 3 times <Eigen/Dense>, which is 2 s where that takes 0.67 s. A header of all of a component (procam/core.hpp) may take 3.5 times as long as <Eigen/Dense>.
 # Fails with the headers above their limits; --table prints all.
 set -euo pipefail
 tries=3 table=false

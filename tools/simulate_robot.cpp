@@ -53,7 +53,8 @@ void save_sightings(const RobotFlags& flags, const simulate::MarkerSightings& se
   mount.pose.source = "rig";
   mount.pose.target_from_source = {seen.base_from_rig, Mat6::Zero()};
   if (!flags.true_mount.empty()) io::save_mount(flags.true_mount, mount);
-  console.say(format("%d sightings of %zu markers", count, seen.markers.size()));
+  console.say(
+      format("%d sightings of %zu markers and %zu planes", count, seen.markers.size(), seen.planes.size()));
   console.summary().set("/sightings", count);
 }
 
@@ -61,6 +62,7 @@ void save_drive_sightings(const RobotFlags& flags, const simulate::Drive& drive,
                           Console& console) {
   simulate::SightingOptions options;
   options.seed = flags.robot.localiser.seed;
+  options.kind = flags.see;
   io::Mount mount;
   mount.pose.target = is_arm(flags) ? "flange" : "base";
   if (is_arm(flags)) {

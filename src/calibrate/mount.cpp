@@ -44,6 +44,7 @@ void update_noise(Model& model, const Equations& equations) {
   }
   if (model.coarse) return;
   scale(noise.sighting, factors[kSighting], 0.05, 100);
+  scale(noise.plane, factors[kPlane], 0.05, 100);
   scale(noise.motion, factors[kMotion], 1, 100);
   if (model.planar) {
     scale(noise.floor, factors[kFloorHeight], 1e-5, 0.05);
@@ -160,6 +161,10 @@ MountResult result_of(const Model& model, const Equations& equations) {
   const Pose world_from_plane = pose_of(model.frames[0].pose.data());
   for (std::size_t m = 0; m < model.markers.size(); ++m) {
     const Pose pose = world_from_plane * pose_of(model.markers[m].data());
+    if (model.is_plane[m]) {
+      result.planes.push_back({model.marker_names[m], pose, information.marker_covariance[m]});
+      continue;
+    }
     const Mat6 to_left = adjoint(pose);
     result.markers.push_back(
         {model.marker_names[m], {pose, to_left * information.marker_covariance[m] * to_left.transpose()}});
@@ -172,6 +177,7 @@ MountResult result_of(const Model& model, const Equations& equations) {
   result.rotation_sigma = model.noise.turn;
   result.correlation = model.noise.correlation;
   result.sighting_factor = model.noise.sighting;
+  result.plane_factor = model.noise.plane;
   result.floor_sigma = model.noise.floor;
   result.floor_tilt_sigma = model.noise.floor_tilt;
   for (std::size_t i = 0; i < model.use_base.size(); ++i)

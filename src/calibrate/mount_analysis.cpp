@@ -108,8 +108,12 @@ MountInformation mount_information(const Equations& equations, bool with_offset)
   };
   if (linear.scale_column >= 0)
     found.scale_sigma = std::sqrt(std::max(covariance_at(linear.scale_column, 1)(0, 0), 0.0));
-  for (const Eigen::Index column : linear.marker_column)
-    found.marker_covariance.push_back(covariance_at(column));
+  for (std::size_t m = 0; m < linear.marker_column.size(); ++m) {
+    const Eigen::Index column = linear.marker_column[m], next = m + 1 < linear.marker_column.size()
+                                                                    ? linear.marker_column[m + 1]
+                                                                    : linear.after_markers;
+    found.marker_covariance.push_back(covariance_at(column, next - column));
+  }
   if (linear.world_column >= 0) {
     found.world_covariance = covariance_at(linear.world_column);
     found.directions_with_world =

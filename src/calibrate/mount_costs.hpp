@@ -260,6 +260,29 @@ inline Eigen::Matrix<double, 3, 6> off_plane_derivative(const Pose& pose) {
   return by;
 }
 
+/// Knot, next knot, mount, plane: what is left of a rigid motion within the plane. The last three rows are zero, so that all
+/// sightings have six.
+struct PlaneCost : ceres::SizedCostFunction<6, 7, 7, 7, 7> {
+  Pose rig_from_plane;  ///< as measured
+  Mat3 whiten;
+  double alpha;
+  bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
+    const Pose mount = pose_of(p[2]), base_from_plane = mount * rig_from_plane;
+    const BetweenKnots at = between_knots(pose_of(p[0]), pose_of(p[1]), alpha);
+    const Pose moved = pose_of(p[3]).inverse() * at.pose * base_from_plane;
+    Eigen::Map<Vec6>{residuals} << whiten * off_plane(moved), Vec3::Zero();
+    if (jacobians == nullptr) return true;
+    Mat6 by_moved = Mat6::Zero();
+    by_moved.topRows<3>() = whiten * off_plane_derivative(moved);
+    const Mat6 by_base = by_moved * adjoint(base_from_plane.inverse());
+    write(jacobians, 0, by_base * at.by_first);
+    write(jacobians, 1, by_base * at.by_second);
+    write(jacobians, 2, by_base * left_by_directions(mount));
+    write(jacobians, 3, -by_moved * adjoint(moved.inverse()));
+    return true;
+  }
+};
+
 /// Two knots on an uneven floor: tilt and height as a first-order Gauss-Markov process, e_k = share e_k-1 + noise.
 struct FloorCost : ceres::SizedCostFunction<3, 7, 7> {
   Vec3 inverse_sigma;
@@ -313,6 +336,17 @@ struct MountPriorCost : ceres::SizedCostFunction<6, 7> {
     const Vec6 error = se3_log(pose_of(p[0]) * rig_from_base);
     Eigen::Map<Vec6>{residuals} = whiten * error;
     write(jacobians, 0, whiten * inverse_left_jacobian(error) * left_by_directions(pose_of(p[0])));
+    return true;
+  }
+};
+
+/// The floor as a plane that is seen: level in the frame of the path, and so far below it.
+struct FloorPlaneCost : ceres::SizedCostFunction<3, 7> {
+  double below, inverse_sigma;
+  bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
+    const Pose floor = pose_of(p[0]);
+    Eigen::Map<Vec3>{residuals} = inverse_sigma * (off_plane(floor) + Vec3(0, 0, below));
+    FloorCost::write_rows(jacobians, 0, inverse_sigma * off_plane_derivative(floor));
     return true;
   }
 };

@@ -1,8 +1,11 @@
 #include "mount_mistakes.hpp"
 
+#include <Eigen/Cholesky>
+#include <cmath>
 #include <functional>
 
 #include "mount_start.hpp"
+#include "mount_start_planes.hpp"
 
 namespace procam::calibrate::mount {
 namespace {
@@ -28,7 +31,46 @@ const std::vector<Mistake>& mistakes() {
   return all;
 }
 
+constexpr std::size_t kMinBasePoses = 20, kMinStations = 5;
+
 }  // namespace
+
+void check(const MountData& data, const MountOptions& options) {
+  require(options.position_sigma > 0 && options.rotation_sigma > 0 && options.acceleration > 0 &&
+              options.turn_acceleration > 0 && options.max_sigma > 0 && options.max_time_offset > 0 &&
+              options.station_time > 0 && options.floor_sigma > 0 && options.floor_tilt_sigma > 0 &&
+              std::isfinite(options.time_offset),
+          "calibrate_mount: an option's sigma is not positive");
+  require(!options.height || (std::isfinite(options.height->value) && options.height->sigma > 0),
+          "calibrate_mount: the height needs a positive sigma");
+  require(!options.prior || (options.prior->pose.is_finite() &&
+                             Eigen::LLT<Mat6>(options.prior->covariance).info() == Eigen::Success),
+          "calibrate_mount: the prior needs a positive definite covariance");
+  const std::size_t needed = options.stations ? kMinStations : kMinBasePoses;
+  if (data.base.size() < needed)
+    throw Error(ErrorKind::kNotEnoughData, "poses of the base",
+                "there are " + std::to_string(data.base.size()) + ", and at least " + std::to_string(needed) +
+                    " are needed",
+                options.stations ? "move to ten stations or more, each with the rig turned another way"
+                                 : "record a motion of 30 s or more");
+  for (std::size_t i = 0; i < data.base.size(); ++i) {
+    require(std::isfinite(data.base[i].time) && data.base[i].world_from_base.is_finite(),
+            "calibrate_mount: a base pose is not finite");
+    if (i > 0 && !(data.base[i].time > data.base[i - 1].time))
+      throw Error(ErrorKind::kInput, "pose " + std::to_string(i + 1) + " of the base",
+                  "its time is not after that of the pose before", "sort the poses by time, one a time");
+  }
+  check_planes(data, options);
+  for (const MarkerSighting& seen : data.sightings) {
+    require(std::isfinite(seen.time) && seen.marker_from_rig.pose.is_finite() &&
+                seen.marker_from_rig.covariance.allFinite(),
+            "calibrate_mount: a sighting is not finite");
+    if (Eigen::LLT<Mat6>(seen.marker_from_rig.covariance).info() != Eigen::Success)
+      throw Error(ErrorKind::kInput, "a sighting of " + seen.marker,
+                  "its covariance is not positive definite, as that of a measurement is",
+                  "give the covariance of locate-projector as it is");
+  }
+}
 
 void require_unmistaken(const MountData& data, const MountOptions& options) {
   if (options.carrier == MountCarrier::kHead) return;

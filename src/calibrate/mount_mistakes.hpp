@@ -1,8 +1,11 @@
 #pragma once
-/// Private to calibrate: recordings that were written in another form than they are read.
+/// Private to calibrate: recordings that cannot be used, and those that were written in another form than they are read.
 #include "procam/calibrate/mount.hpp"
 
 namespace procam::calibrate::mount {
+
+/// Throws as calibrate_mount() does for data and options that are none.
+void check(const MountData& data, const MountOptions& options);
 
 /// Throws Error(kInput) if steps of carrier and rig do not fit each other, and would without one mistake: inverted poses,
 /// another order of the quaternion, other units. Of a robot or an arm.

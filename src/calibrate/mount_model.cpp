@@ -52,6 +52,15 @@ Mat6 whitening_of(const Mat6& covariance) {
   return root.matrixL().solve(Mat6::Identity());
 }
 
+/// Of a plane: tilt about x and y, and z.
+Mat3 whitening_off_plane(const Mat6& covariance) {
+  constexpr std::array<int, 3> kOff{0, 1, 5};
+  Mat3 own;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) own(i, j) = covariance(kOff[std::size_t(i)], kOff[std::size_t(j)]);
+  return own.llt().matrixL().solve(Mat3::Identity());
+}
+
 }  // namespace
 
 struct MountProblem::Impl {
@@ -98,7 +107,8 @@ struct MountProblem::Impl {
       problem.AddParameterBlock(model.frames[i].pose.data(), 7,
                                 i == 0 && model.planar ? manifold(off_plane) : free);
     if (!model.planar) problem.SetParameterBlockConstant(model.frames[0].pose.data());
-    for (PoseBlock& marker : model.markers) problem.AddParameterBlock(marker.data(), 7, free);
+    for (std::size_t m = 0; m < model.markers.size(); ++m)
+      problem.AddParameterBlock(model.markers[m].data(), 7, model.is_plane[m] ? manifold(off_plane) : free);
     if (model.world) problem.AddParameterBlock(model.world->data(), 7, free);
     for (Epoch& mount : model.mounts)
       problem.AddParameterBlock(mount.pose.data(), 7, manifold(every, PoseManifold::Side::kMount));
@@ -116,6 +126,7 @@ struct MountProblem::Impl {
     add_motion();
     if (model.planar) add_floor();
     add_markers();
+    add_floor_plane();
     add_stated();
   }
 
@@ -187,15 +198,26 @@ struct MountProblem::Impl {
       if (!model.use_sighting[i] || !at) continue;
       Epoch& mount = model.mounts[model.epoch(model.mounts, seen.time)];
       const Mat6 from_base = adjoint(seen.marker_from_rig.pose * pose_of(mount.pose.data()).inverse());
-      auto* cost = new SightingCost;
-      cost->rig_from_marker = seen.marker_from_rig.pose.inverse();
-      cost->whiten = whitening_of(std::pow(model.noise.sighting, 2) * seen.marker_from_rig.covariance +
-                                  from_base * doubt.asDiagonal() * from_base.transpose());
-      cost->alpha = at->alpha;
+      const double factor = seen.is_plane ? model.noise.plane : model.noise.sighting;
+      const Mat6 covariance = std::pow(factor, 2) * seen.marker_from_rig.covariance +
+                              from_base * doubt.asDiagonal() * from_base.transpose();
       sighting_block[i] = int(blocks.size());
-      add(cost, true, all(kSighting),
-          {model.knots[at->knot].data(), model.knots[at->next].data(), mount.pose.data(),
-           model.markers[std::size_t(model.marker_of[i])].data()});
+      const std::vector<double*> parameters{model.knots[at->knot].data(), model.knots[at->next].data(),
+                                            mount.pose.data(),
+                                            model.markers[std::size_t(model.marker_of[i])].data()};
+      if (seen.is_plane) {
+        auto* cost = new PlaneCost;
+        cost->rig_from_plane = seen.marker_from_rig.pose.inverse();
+        cost->whiten = whitening_off_plane(covariance);
+        cost->alpha = at->alpha;
+        add(cost, true, {kPlane, kPlane, kPlane, kOther, kOther, kOther}, parameters);
+      } else {
+        auto* cost = new SightingCost;
+        cost->rig_from_marker = seen.marker_from_rig.pose.inverse();
+        cost->whiten = whitening_of(covariance);
+        cost->alpha = at->alpha;
+        add(cost, true, all(kSighting), parameters);
+      }
     }
   }
 
@@ -236,6 +258,7 @@ struct MountProblem::Impl {
     for (const MountMarker& known : model.options->markers) {
       const auto name = std::lower_bound(model.marker_names.begin(), model.marker_names.end(), known.name);
       if (name == model.marker_names.end() || *name != known.name) continue;
+      if (model.is_plane[std::size_t(name - model.marker_names.begin())]) continue;
       const PoseWithCovariance inverse_of = inverse(known.world_from_marker);
       auto* cost = new MarkerPriorCost;
       cost->marker_from_world = inverse_of.pose;
@@ -245,6 +268,16 @@ struct MountProblem::Impl {
           {model.markers[std::size_t(name - model.marker_names.begin())].data(),
            model.world ? model.world->data() : model.frames[0].pose.data()});
     }
+  }
+
+  void add_floor_plane() {
+    if (!model.options->floor) return;
+    const auto name =
+        std::lower_bound(model.marker_names.begin(), model.marker_names.end(), model.options->floor->plane);
+    auto* cost = new FloorPlaneCost;
+    cost->below = model.options->floor->below;
+    cost->inverse_sigma = 1 / model.options->floor->sigma;
+    add(cost, false, all(kOther), {model.markers[std::size_t(name - model.marker_names.begin())].data()});
   }
 
   void add_stated() {
@@ -347,6 +380,7 @@ Linear MountProblem::linearise() {
   for (PoseBlock& knot : model.knots) take(knot.data());
   for (Epoch& frame : model.frames) take(frame.pose.data());
   for (PoseBlock& marker : model.markers) linear.marker_column.push_back(take(marker.data()));
+  linear.after_markers = column;
   if (model.world) linear.world_column = take(model.world->data());
   if (!model.axes) linear.scale_column = take(&model.scale);
   for (Epoch& mount : model.mounts) linear.mount_column = take(mount.pose.data());

@@ -18,6 +18,7 @@ enum Group {
   kBaseTilt,
   kBaseHeight,
   kSighting,
+  kPlane,
   kMotion,
   kFloorTilt,
   kFloorHeight,
@@ -28,7 +29,7 @@ enum Group {
 struct Noise {
   double position = 0.01, turn = 0.01;  ///< of the localiser: in the plane if the motion is planar
   double height = 0.01, tilt = 0.01;    ///< off the plane; equal to the above in full motion
-  double sighting = 1;                  ///< factor on the stated sigma
+  double sighting = 1, plane = 1;       ///< factors on the stated sigmas
   double motion = 1;                    ///< factor on the acceleration
   double floor = 0, floor_tilt = 0;     ///< of an uneven floor under a planar base
   double correlation = 1;               ///< factor on the localiser's variance
@@ -55,6 +56,7 @@ struct Model {
   std::vector<Epoch> frames, mounts;      ///< the first of each from the beginning
   std::vector<std::string> marker_names;  ///< sorted
   std::vector<PoseBlock> markers;
+  std::vector<char> is_plane;  ///< by marker
   std::vector<int> marker_of;  ///< by sighting
   double offset = 0;
   /// Reported position = scale * position in the metres of the sightings. Exactly 1 until lengths are seen to disagree.
@@ -86,7 +88,8 @@ struct Linear {
   VecX residuals;
   std::vector<Group> group;                    ///< by row
   std::vector<int> base_row, sighting_row;     ///< first row of each base pose and sighting; -1: not used
-  std::vector<Eigen::Index> marker_column;     ///< first column of each marker
+  std::vector<Eigen::Index> marker_column;     ///< first column of each marker (6 of them) and plane (3)
+  Eigen::Index after_markers = 0;              ///< the column after the last of them
   Eigen::Index world_column = -1;              ///< of world_from_base
   Eigen::Index scale_column = -1;              ///< of Model::scale
   Eigen::Index mount_column = 0, columns = 0;  ///< of the last mount

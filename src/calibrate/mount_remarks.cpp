@@ -51,7 +51,8 @@ std::string remedy(const std::vector<bool>& missing, MountCarrier carrier) {
   const bool yaw_alone = missing[2] && !missing[0] && !missing[1] && !missing[3] && !missing[4];
   if (height_alone)
     return "measure the height of the rig's origin (the first camera's centre) above the base's origin "
-           "and give it, e.g. --height 0.85m+-5mm, or give the poses of markers on the wall (--markers)";
+           "and give it, e.g. --height 0.85m+-5mm, or give the poses of markers on the wall (--markers), or let "
+           "a depth sensor see the floor (--floor 0mm+-1mm)";
   const std::string height = missing[5] ? ", and measure the height: --height 0.85m+-5mm" : "";
   if (yaw_alone) return "drive straight for a metre or more, not only turns on the spot" + height;
   return "drive curves in both directions and at changing speed past markers near and far (on one circle at one "
@@ -218,6 +219,10 @@ void remark_on_noise(const MountResult& result, const MountOptions& options, Dia
                      "the sightings scatter " + fixed(result.sighting_factor, 1) +
                          " times as much as their covariances state; the sigmas allow for it. "
                          "Check the camera's calibration and that the markers are flat");
+  if (result.plane_factor > kNoisier)
+    diagnostics.warn("planes_noisier", "the planes scatter " + fixed(result.plane_factor, 1) +
+                                           " times as much as their covariances state; the sigmas allow for "
+                                           "it. Check the depth sensor's scale and that the walls are flat");
   constexpr double kWeakOffset = 0.02;
   if (options.estimate_time_offset && result.time_offset_sigma > kWeakOffset)
     diagnostics.warn("time_offset_weak", "the time offset is known to " +

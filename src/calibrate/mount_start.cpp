@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mount_start_planes.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 
 namespace procam::calibrate::mount {
 namespace {
 
-constexpr std::size_t kMinBasePoses = 20, kMinSightings = 20;
-constexpr std::size_t kMinStations = 5, kMinAtStations = 6;
+constexpr std::size_t kMinSightings = 20;
+constexpr std::size_t kMinAtStations = 6;
 constexpr double kKnotSpacing = 0.05;  // s: at 1 m/s^2 a straight step is 0.3 mm off its curve
 constexpr double kMargin = 0.1;        // s: of knots about the base poses, as the solve moves the time offset
 constexpr std::size_t kMaxKnots = 40000;      // a drive of half an hour
@@ -83,7 +84,8 @@ struct Pair {
 std::vector<Pair> pairs_of(const Model& model, std::size_t max_pairs) {
   std::vector<std::vector<std::size_t>> by_marker(model.markers.size());
   for (std::size_t i = 0; i < model.data->sightings.size(); ++i)
-    if (model.use_sighting[i]) by_marker[std::size_t(model.marker_of[i])].push_back(i);
+    if (model.use_sighting[i] && !model.data->sightings[i].is_plane)
+      by_marker[std::size_t(model.marker_of[i])].push_back(i);
   std::vector<Pair> pairs;
   const auto& sightings = model.data->sightings;
   const auto add = [&](std::size_t a, std::size_t b) {
@@ -275,6 +277,7 @@ void start_markers(Model& model, const Pose& mount) {
       if (model.use_sighting[i] && model.marker_of[i] == int(m) && model.at(sightings[i].time))
         candidates.push_back(model.path(sightings[i].time) * mount *
                              sightings[i].marker_from_rig.pose.inverse());
+    if (model.is_plane[m]) move_within_plane(candidates);
     model.markers[m] = block_of(middle_of(candidates));
   }
 }
@@ -343,51 +346,18 @@ void start_names(Model& model) {
   model.marker_names.erase(std::unique(model.marker_names.begin(), model.marker_names.end()),
                            model.marker_names.end());
   model.markers.assign(model.marker_names.size(), block_of(Pose()));
+  model.is_plane.assign(model.marker_names.size(), 0);
   for (const MarkerSighting& seen : data.sightings)
     model.marker_of.push_back(
         int(std::lower_bound(model.marker_names.begin(), model.marker_names.end(), seen.marker) -
             model.marker_names.begin()));
+  for (std::size_t i = 0; i < data.sightings.size(); ++i)
+    if (data.sightings[i].is_plane) model.is_plane[std::size_t(model.marker_of[i])] = 1;
   model.use_base.assign(data.base.size(), 1);
   model.use_sighting.assign(data.sightings.size(), 1);
 }
 
 }  // namespace
-
-void check(const MountData& data, const MountOptions& options) {
-  require(options.position_sigma > 0 && options.rotation_sigma > 0 && options.acceleration > 0 &&
-              options.turn_acceleration > 0 && options.max_sigma > 0 && options.max_time_offset > 0 &&
-              options.station_time > 0 && options.floor_sigma > 0 && options.floor_tilt_sigma > 0 &&
-              std::isfinite(options.time_offset),
-          "calibrate_mount: an option's sigma is not positive");
-  require(!options.height || (std::isfinite(options.height->value) && options.height->sigma > 0),
-          "calibrate_mount: the height needs a positive sigma");
-  require(!options.prior || (options.prior->pose.is_finite() &&
-                             Eigen::LLT<Mat6>(options.prior->covariance).info() == Eigen::Success),
-          "calibrate_mount: the prior needs a positive definite covariance");
-  const std::size_t needed = options.stations ? kMinStations : kMinBasePoses;
-  if (data.base.size() < needed)
-    throw Error(ErrorKind::kNotEnoughData, "poses of the base",
-                "there are " + std::to_string(data.base.size()) + ", and at least " + std::to_string(needed) +
-                    " are needed",
-                options.stations ? "move to ten stations or more, each with the rig turned another way"
-                                 : "record a motion of 30 s or more");
-  for (std::size_t i = 0; i < data.base.size(); ++i) {
-    require(std::isfinite(data.base[i].time) && data.base[i].world_from_base.is_finite(),
-            "calibrate_mount: a base pose is not finite");
-    if (i > 0 && !(data.base[i].time > data.base[i - 1].time))
-      throw Error(ErrorKind::kInput, "pose " + std::to_string(i + 1) + " of the base",
-                  "its time is not after that of the pose before", "sort the poses by time, one a time");
-  }
-  for (const MarkerSighting& seen : data.sightings) {
-    require(std::isfinite(seen.time) && seen.marker_from_rig.pose.is_finite() &&
-                seen.marker_from_rig.covariance.allFinite(),
-            "calibrate_mount: a sighting is not finite");
-    if (Eigen::LLT<Mat6>(seen.marker_from_rig.covariance).info() != Eigen::Success)
-      throw Error(ErrorKind::kInput, "a sighting of " + seen.marker,
-                  "its covariance is not positive definite, as that of a measurement is",
-                  "give the covariance of locate-projector as it is");
-  }
-}
 
 MountData with_start_poses(const MountData& data, const MountOptions& options) {
   MountData started = data;
@@ -485,9 +455,16 @@ Model start_model(const MountData& data, const MountOptions& options) {
                     " are needed" + times_of(data),
                 "record both on one drive and one clock, in seconds, or give the clocks' difference as "
                 "--time-offset");
+  if (options.floor && !model.planar)
+    throw Error(ErrorKind::kInput, "the floor", "the base does not move in a plane",
+                "leave out --floor, or state --motion planar for a robot on a floor");
   const std::vector<Pair> pairs = pairs_of(model, 600);
   start_offset(model, pairs);
-  Pose mount = options.prior ? options.prior->pose : hand_eye(model, pairs);
+  const bool planes_alone =
+      std::all_of(model.is_plane.begin(), model.is_plane.end(), [](char is) { return is != 0; });
+  Pose mount = options.prior  ? options.prior->pose
+               : planes_alone ? mount_from_planes(model)
+                              : hand_eye(model, pairs);
   if (options.height) mount.translation.z() = options.height->value;
   if (!options.height && !options.prior && options.carrier == MountCarrier::kBase) start_known(model, mount);
   model.mounts = {{-std::numeric_limits<double>::infinity(), block_of(mount)}};

@@ -4,9 +4,6 @@
 
 namespace procam::calibrate::mount {
 
-/// Throws as calibrate_mount() does for data and options that are none.
-void check(const MountData& data, const MountOptions& options);
-
 /// Decides between planar and full motion, and computes start values of all unknowns. Throws as
 /// calibrate_mount() does.
 Model start_model(const MountData& data, const MountOptions& options);

@@ -22,7 +22,9 @@ void bind_data(py::module_& m) {
       .field("time", &MarkerSighting::time, "camera's clock, seconds")
       .field("marker", &MarkerSighting::marker, "equal names are one marker (or one map of markers)")
       .field("marker_from_rig", &MarkerSighting::marker_from_rig,
-             "with the covariance of the left increment, in the marker's frame");
+             "with the covariance of the left increment, in the marker's frame")
+      .field("is_plane", &MarkerSighting::is_plane,
+             "a wall or the floor: z of its frame is the normal, towards the rig; tilt and z alone count");
   mount_data.fields_init()
       .field("base", &MountData::base, "times grow")
       .field("angles", &MountData::angles, "of a pan-tilt head, instead of base; times grow")
@@ -44,6 +46,12 @@ void bind_mount_options(py::module_& m) {
   Record<calibrate::MountHeight> mount_height(
       m, "MountHeight",
       "Height of the rig's origin above the base's origin, along the base's z axis; metres.");
+  Record<calibrate::MountFloor> mount_floor(m, "MountFloor",
+                                            "The floor of a planar drive, among the planes that are seen.");
+  mount_floor.fields_init()
+      .field("plane", &calibrate::MountFloor::plane, "its name in the data")
+      .field("below", &calibrate::MountFloor::below, "of the base's origin, metres")
+      .field("sigma", &calibrate::MountFloor::sigma, "of `below`, metres, and of the slope over a metre");
   Record<calibrate::MountOptions> mount_options(m, "MountOptions",
                                                 "What calibrate_mount() assumes of the drive.");
   mount_marker.fields_init()
@@ -61,6 +69,7 @@ void bind_mount_options(py::module_& m) {
       .field("station_time", &calibrate::MountOptions::station_time,
              "a sighting further from any station is not used, seconds")
       .field("height", &calibrate::MountOptions::height, "as measured")
+      .field("floor", &calibrate::MountOptions::floor, "of a planar drive")
       .field("prior", &calibrate::MountOptions::prior,
              "base_from_rig as known before (drawing, earlier calibration)")
       .field("markers", &calibrate::MountOptions::markers,
@@ -98,6 +107,12 @@ void bind_mount_result(py::module_& m) {
       m, "MountDirection",
       "One of the six directions of the mount: rotation about the base's axes at the rig's\n"
       "origin, position of that origin on the base.");
+  Record<calibrate::MountPlane> mount_plane(m, "MountPlane",
+                                            "A plane in the world: z of its frame is the normal.");
+  mount_plane.fields_init()
+      .field("name", &calibrate::MountPlane::name, "")
+      .field("world_from_plane", &calibrate::MountPlane::world_from_plane, "")
+      .field("covariance", &calibrate::MountPlane::covariance, "of the tilt about its own x and y, and of z");
   Record<calibrate::MountResult> mount_result(
       m, "MountResult",
       "The rig's pose on its base, with covariance, and what the drive does not\n"
@@ -132,6 +147,7 @@ void bind_mount_result(py::module_& m) {
       .field("scale_sigma", &calibrate::MountResult::scale_sigma,
              "standard deviation; 0 where it is not estimated")
       .field("markers", &calibrate::MountResult::markers, "all that were seen, by name")
+      .field("planes", &calibrate::MountResult::planes, "likewise")
       .field("planar", &calibrate::MountResult::planar, "")
       .field("path", &calibrate::MountResult::path, "estimated, at the knots")
       .field("position_sigma", &calibrate::MountResult::position_sigma, "of the localiser, estimated")
@@ -139,7 +155,8 @@ void bind_mount_result(py::module_& m) {
       .field("correlation", &calibrate::MountResult::correlation,
              "variance at low frequency over that of white noise")
       .field("sighting_factor", &calibrate::MountResult::sighting_factor,
-             "on the stated standard deviations of the sightings")
+             "on the stated standard deviations of the markers' sightings")
+      .field("plane_factor", &calibrate::MountResult::plane_factor, "the same of the planes'")
       .field("floor_sigma", &calibrate::MountResult::floor_sigma, "of an uneven floor, estimated")
       .field("floor_tilt_sigma", &calibrate::MountResult::floor_tilt_sigma, "standard deviation, radians")
       .field("sightings_used", &calibrate::MountResult::sightings_used, "")
@@ -154,8 +171,12 @@ void bind_mount_result(py::module_& m) {
 }
 
 void bind_drives(py::module_& m) {
-  Record<simulate::SightingOptions> sighting_options(m, "SightingOptions",
-                                                     "How a camera on the robot sees markers.");
+  Enum<simulate::SightingKind>(m, "SightingKind", "What the rig sees.")
+      .value("kMarkers", simulate::SightingKind::kMarkers)
+      .value("kPlanes", simulate::SightingKind::kPlanes)
+      .value("kBoth", simulate::SightingKind::kBoth);
+  Record<simulate::SightingOptions> sighting_options(
+      m, "SightingOptions", "How a camera on the robot sees markers, and a depth sensor floor and walls.");
   Record<simulate::MarkerSightings> marker_sightings(m, "MarkerSightings",
                                                      "Sightings of markers, with the truth.");
   Record<simulate::MountDriveOptions, simulate::SightingOptions> mount_drive_options(
@@ -163,6 +184,9 @@ void bind_drives(py::module_& m) {
   Record<simulate::MountDrive> mount_drive(m, "MountDrive",
                                            "A drive past markers, for calibrate_mount(), with the truth.");
   sighting_options.fields_init()
+      .field("kind", &simulate::SightingOptions::kind, "markers, planes or both")
+      .field("plane_sigma", &simulate::SightingOptions::plane_sigma, "of a plane's distance, metres")
+      .field("plane_tilt_sigma", &simulate::SightingOptions::plane_tilt_sigma, "of its tilt, radians")
       .field("sighting_rate", &simulate::SightingOptions::sighting_rate, "images a second")
       .field("image_times", &simulate::SightingOptions::image_times, "instead: since the start, seconds")
       .field("corner_sigma_px", &simulate::SightingOptions::corner_sigma_px,
@@ -185,6 +209,7 @@ void bind_drives(py::module_& m) {
       .field("base_from_rig_at_start", &simulate::MarkerSightings::base_from_rig_at_start,
              "different after a bump")
       .field("markers", &simulate::MarkerSightings::markers, "world_from_marker")
+      .field("planes", &simulate::MarkerSightings::planes, "world_from_plane: the floor, then the walls")
       .field("outliers", &simulate::MarkerSightings::outliers, "indices of messages");
   mount_drive_options.fields_init()
       .field("rate", &simulate::MountDriveOptions::rate, "messages a second")

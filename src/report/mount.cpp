@@ -13,6 +13,7 @@ using calibrate::MountCarrier;
 using calibrate::MountDirection;
 using calibrate::MountEvent;
 using calibrate::MountMarker;
+using calibrate::MountPlane;
 using calibrate::MountResult;
 
 namespace {
@@ -92,6 +93,13 @@ static void fields(Fields& f, const MountMarker& marker) {
   f.field("position_sigma", Vec3(point_covariance(pose, Vec3::Zero()).diagonal().cwiseMax(0).cwiseSqrt()));
 }
 
+static void fields(Fields& f, const MountPlane& plane) {
+  f.field("name", plane.name);
+  f.field("translation", Vec3(plane.world_from_plane.translation));
+  f.field("normal", plane.world_from_plane.rotate(Vec3::UnitZ()));
+  f.field("tilt_and_distance_sigma", Vec3(plane.covariance.diagonal().cwiseMax(0).cwiseSqrt()));
+}
+
 static void fields(Fields& f, const MountEvent& event) {
   f.field("kind", kind_name(event.kind));
   f.field("time", event.time);
@@ -134,6 +142,7 @@ static void fields(Fields& f, const MountResult& result) {
   f.field("floor_sigma", result.floor_sigma);
   f.field("floor_tilt_sigma_deg", result.floor_tilt_sigma / kDegree);
   f.field("sighting_factor", result.sighting_factor);
+  f.field("plane_factor", result.plane_factor);
   f.field("base_poses_used", result.base_poses_used);
   f.field("base_poses_rejected", result.rejected_base_poses.size());
   f.field("sightings_used", result.sightings_used);
@@ -141,19 +150,40 @@ static void fields(Fields& f, const MountResult& result) {
   f.field("sightings_outside", result.sightings_outside);
   f.field("events", result.events);
   f.field("markers", result.markers);
+  f.field("planes", result.planes);
 }
 
 std::string to_json(const MountResult& result) {
   return text(json(result));
 }
 
+namespace {
+
+/// "8 markers and 5 planes".
+std::string seen_things(const MountResult& result) {
+  const std::string markers = std::to_string(result.markers.size()) + " markers",
+                    planes = std::to_string(result.planes.size()) + " planes";
+  return result.planes.empty() ? markers : result.markers.empty() ? planes : markers + " and " + planes;
+}
+
+/// "; of the sightings 0.98 times their covariance".
+std::string noise_of_sightings(const MountResult& result) {
+  std::string text;
+  if (!result.markers.empty())
+    text += format("; of the sightings %.2f times their covariance", result.sighting_factor);
+  if (!result.planes.empty()) text += format("; of the planes %.2f times theirs", result.plane_factor);
+  return text;
+}
+
+}  // namespace
+
 std::vector<std::string> lines(const MountResult& result) {
   const bool base = result.carrier == MountCarrier::kBase, of_head = result.axes.has_value();
-  std::vector<std::string> lines{format("%zu %s and %zu sightings of %zu markers", result.base_poses_used,
+  std::vector<std::string> lines{format("%zu %s and %zu sightings of %s", result.base_poses_used,
                                         base      ? "base poses"
                                         : of_head ? "angles"
                                                   : "arm poses",
-                                        result.sightings_used, result.markers.size())};
+                                        result.sightings_used, seen_things(result).c_str())};
   if (base) lines[0] += result.planar ? "; the base moves in a plane" : "; the base moves in space";
   lines.push_back(base      ? "base_from_rig        value      sigma   sigma of the drive alone"
                   : of_head ? "tilt_from_rig        value      sigma   sigma of the motion alone"
@@ -185,8 +215,7 @@ std::vector<std::string> lines(const MountResult& result) {
                            : of_head ? "head's"
                                      : "arm's",
                            result.time_offset >= 0 ? "late" : "early"));
-  const std::string of_sightings =
-      format("; of the sightings %.2f times their covariance", result.sighting_factor);
+  const std::string of_sightings = noise_of_sightings(result);
   if (of_head)
     lines.push_back(format("noise of the angles %.3f deg; runout of the axes %.3f mm",
                            result.rotation_sigma / kDegree, 1e3 * result.position_sigma) +
@@ -235,6 +264,19 @@ std::string sights(const std::vector<BasePose>& rig, const Above& above) {
   return marks.path("stroke=\"#b0620f\" stroke-opacity=\"0.35\" stroke-width=\"1\" fill=\"none\"");
 }
 
+bool is_upright(const MountPlane& plane) {
+  return std::abs(plane.world_from_plane.rotate(Vec3::UnitZ()).z()) < 0.5;
+}
+
+/// Of a wall the point nearest to the middle of the drive.
+Vec3 nearest_of(const MountPlane& plane, const MountData& data) {
+  Vec3 middle = Vec3::Zero();
+  for (const BasePose& pose : data.base)
+    middle += pose.world_from_base.translation / double(data.base.size());
+  const Vec3 normal = plane.world_from_plane.rotate(Vec3::UnitZ());
+  return middle - normal.dot(middle - plane.world_from_plane.translation) * normal;
+}
+
 Above frame_around(const MountResult& result, const MountData& data) {
   Above above{Vec2::Constant(1e300), Vec2::Constant(-1e300)};
   const auto include = [&](const Vec3& p) {
@@ -243,6 +285,8 @@ Above frame_around(const MountResult& result, const MountData& data) {
   };
   for (const BasePose& pose : shown_poses(result, data)) include(pose.world_from_base.translation);
   for (const MountMarker& marker : result.markers) include(marker.world_from_marker.pose.translation);
+  for (const MountPlane& plane : result.planes)
+    if (is_upright(plane)) include(nearest_of(plane, data));
   const double extent = std::max(0.5, (above.high - above.low).maxCoeff());
   const Vec2 middle = 0.5 * (above.low + above.high);
   above.low = middle - Vec2::Constant(0.53 * extent);
@@ -285,6 +329,16 @@ std::string drive_from_above(const MountResult& result, const MountData& data) {
     drawing += marks.path("stroke=\"#1b7f3b\" stroke-width=\"3\" fill=\"none\"");
     drawing += label(above.at(at) + Vec2(6, -6), kText, marker.name);
   }
+  for (const MountPlane& plane : result.planes) {
+    if (!is_upright(plane)) continue;
+    const Vec2 at = nearest_of(plane, data).head<2>();
+    const Vec3 normal = plane.world_from_plane.rotate(Vec3::UnitZ());
+    const Vec2 along = 0.18 * (above.high.x() - above.low.x()) * Vec2(-normal.y(), normal.x()).normalized();
+    Marks wall;
+    wall.line(above.at(at - along), above.at(at + along));
+    drawing += wall.path("stroke=\"#1b7f3b\" stroke-width=\"3\" fill=\"none\"");
+    drawing += label(above.at(at) + Vec2(6, -6 - 16 * normal.y()), kText, plane.name);  // into the room
+  }
   for (const MountEvent& event : result.events) {
     const auto after = std::lower_bound(result.path.begin(), result.path.end(), event.time,
                                         [](const BasePose& pose, double time) { return pose.time < time; });
@@ -301,7 +355,11 @@ std::string drive_from_above(const MountResult& result, const MountData& data) {
   drawing += label(Vec2(kRim + above.scale * ruler + 10, kSide + 11), kText, shortest(ruler) + " m");
   drawing += label(Vec2(kRim, kSide + 32), kText,
                    result.carrier == MountCarrier::kBase
-                       ? "The drive from above: localiser (dots), path (line), markers (green)"
+                       ? "The drive from above: localiser (dots), path (line), " +
+                             std::string(result.planes.empty()    ? "markers"
+                                         : result.markers.empty() ? "walls"
+                                                                  : "markers and walls") +
+                             " (green)"
                    : result.axes ? "From above: where the rig on the head looks (brown), markers (green)"
                                  : "From above: arm's poses (dots), path (line), markers (green)");
   return drawing;

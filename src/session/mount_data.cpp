@@ -184,8 +184,10 @@ void read_sightings(const MountFiles& files, MountRecording& recording) {
                   "a sighting of '" + message.frame + "' at " + fixed(time(message), 3) +
                       " s has no covariance: how much it counts is unknown",
                   "write the covariance that the marker's pose was located with");
-    recording.data.sightings.push_back(
-        {time(message), message.frame, {message.frame_from_child, *message.covariance}});
+    recording.data.sightings.push_back({time(message),
+                                        message.frame,
+                                        {message.frame_from_child, *message.covariance},
+                                        message.frame.rfind("plane_", 0) == 0});
   }
 }
 

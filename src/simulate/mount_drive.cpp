@@ -166,13 +166,99 @@ std::vector<double> image_times(double start, double duration, const SightingOpt
   return times;
 }
 
+/// The floor z = 0 and four walls about the drive, each with z of its frame into the room.
+std::vector<Pose> room_about(const Motion& drive, double start, double end, Draw& draw) {
+  const Eigen::Quaterniond turned = so3_exp(Vec3(0, 0, draw.uniform(-0.6, 0.6)));
+  Vec2 low = Vec2::Constant(1e9), high = -low;
+  for (int i = 0; i <= 200; ++i) {
+    const Vec3 at = turned.conjugate() * drive(start + (end - start) * i / 200).translation;
+    low = low.cwiseMin(at.head<2>()), high = high.cwiseMax(at.head<2>());
+  }
+  constexpr double kBeyond = 1.5;
+  const Vec2 middle = 0.5 * (low + high), half = 0.5 * (high - low) + Vec2::Constant(kBeyond);
+  std::vector<Pose> planes{Pose()};
+  for (int wall = 0; wall < 4; ++wall) {
+    const Eigen::Quaterniond side = so3_exp(Vec3(0, 0, wall * kPi / 2));  // outwards along its x
+    const Vec3 outwards = side * Vec3::UnitX();
+    const Vec3 at(middle.x() + outwards.x() * half.x(), middle.y() + outwards.y() * half.y(), 1);
+    // Walls are not quite at right angles.
+    const Eigen::Quaterniond crooked = so3_exp(Vec3(0, 0, draw.uniform(-0.05, 0.05)));
+    planes.push_back(
+        {turned * crooked * side * Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), -Vec3::UnitX()),
+         turned * at});
+  }
+  return planes;
+}
+
+/// Where rays of the sensor first meet each plane, in the world; at least four for a plane that is seen.
+std::vector<std::vector<Vec3>> seen_of(const std::vector<Pose>& planes, const Pose& world_from_camera) {
+  constexpr double kNearest = 0.4, kFarthest = 5, kGrazing = 0.25;
+  std::vector<std::vector<Vec3>> seen(planes.size());
+  for (int row = -3; row <= 3; ++row)
+    for (int column = -3; column <= 3; ++column) {
+      const double step = std::tan(25 * kDegree) / 3;
+      const Vec3 ray = world_from_camera.rotate(Vec3(step * column, step * row, 1).normalized());
+      double nearest = kFarthest;
+      std::size_t hit = planes.size();
+      for (std::size_t p = 0; p < planes.size(); ++p) {
+        const Vec3 normal = planes[p].rotate(Vec3::UnitZ());
+        const double towards = -normal.dot(ray);
+        if (towards < kGrazing) continue;
+        const double t = normal.dot(world_from_camera.translation - planes[p].translation) / towards;
+        if (t > kNearest && t < nearest) nearest = t, hit = p;
+      }
+      if (hit < planes.size()) seen[hit].push_back(world_from_camera.translation + nearest * ray);
+    }
+  constexpr std::size_t kFewest = 4;
+  for (std::vector<Vec3>& points : seen)
+    if (points.size() < kFewest) points.clear();
+  return seen;
+}
+
+std::string plane_name(std::size_t plane) {
+  return plane == 0 ? "plane_floor" : "plane_" + std::to_string(plane);
+}
+
+/// A plane from the middle of what is seen: there the errors of tilt and distance are independent.
+PoseWithCovariance measured_plane(const Pose& world_from_plane, const std::vector<Vec3>& points,
+                                  const Pose& world_from_rig, const SightingOptions& options, Draw& draw) {
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3& point : points) middle += point / double(points.size());
+  const Pose plane_from_rig = Pose(world_from_plane.rotation, middle).inverse() * world_from_rig;
+  constexpr double kArbitrary = 1;  // rad, m: within the plane nothing is measured
+  Vec6 sigma, off = Vec6::Zero();
+  sigma << options.plane_tilt_sigma, options.plane_tilt_sigma, kArbitrary, kArbitrary, kArbitrary,
+      options.plane_sigma;
+  for (const int i : {0, 1, 5}) off[i] = sigma[i] * draw.gauss();
+  return {(se3_exp(off) * plane_from_rig).normalized(), sigma.cwiseAbs2().asDiagonal()};
+}
+
+Vec6 mistake(Draw& draw) {
+  Vec6 off;
+  off << 0.35 * Vec3(draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-1, 1)),
+      0.3 * Vec3(draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-1, 1));
+  return off;
+}
+
+track::StampedPose sighting_message(double time, const std::string& name, const PoseWithCovariance& pose) {
+  track::StampedPose message;
+  message.stamp = time;
+  message.arrival = time;
+  message.frame = name;
+  message.child = "rig";
+  message.frame_from_child = pose.pose.normalized();
+  message.covariance = pose.covariance;
+  return message;
+}
+
 }  // namespace
 
 MarkerSightings sightings_along(const Motion& drive, double start, double end,
                                 const SightingOptions& options) {
   require(options.sighting_rate > 0 && options.corner_sigma_px > 0 && options.markers > 0 &&
-              options.marker_size > 0 && options.outliers >= 0 && options.outliers < 1 &&
-              options.floor_sigma >= 0 && options.floor_tilt_sigma >= 0,
+              options.marker_size > 0 && options.plane_sigma > 0 && options.plane_tilt_sigma > 0 &&
+              options.outliers >= 0 && options.outliers < 1 && options.floor_sigma >= 0 &&
+              options.floor_tilt_sigma >= 0,
           "marker_sightings: a rate, sigma, size or share is out of range");
   const Camera camera = options.camera.value_or(usual_camera());
   MarkerSightings made;
@@ -183,7 +269,10 @@ MarkerSightings sightings_along(const Motion& drive, double start, double end,
   made.base_from_rig =
       options.bump_time ? options.bump * made.base_from_rig_at_start : made.base_from_rig_at_start;
   const double duration = end - start;
-  for (int i = 0; i < options.markers; ++i) {
+  const bool markers = options.kind != SightingKind::kPlanes, planes = options.kind != SightingKind::kMarkers;
+  Draw of_planes(options.seed, 7);
+  if (planes) made.planes = room_about(drive, start, end, of_planes);
+  for (int i = 0; markers && i < options.markers; ++i) {
     const double time = start + (i + of_markers.uniform(0, 1)) * duration / options.markers;
     made.markers.push_back(
         {i, options.marker_size, placed_before(drive(time) * made.base_from_rig_at_start, of_markers)});
@@ -202,25 +291,26 @@ MarkerSightings sightings_along(const Motion& drive, double start, double end,
       auto pose = fitted(camera, marker, *corners, camera_from_marker.inverse(), options.corner_sigma_px);
       if (!pose) continue;
       if (of_outliers.uniform(0, 1) < options.outliers) {
-        Vec6 off;
-        off << 0.35 *
-                   Vec3(of_outliers.uniform(-1, 1), of_outliers.uniform(-1, 1), of_outliers.uniform(-1, 1)),
-            0.3 * Vec3(of_outliers.uniform(-1, 1), of_outliers.uniform(-1, 1), of_outliers.uniform(-1, 1));
-        pose->pose = se3_exp(off) * pose->pose;
+        pose->pose = se3_exp(mistake(of_outliers)) * pose->pose;
         made.outliers.push_back(made.messages.size());
       }
-      track::StampedPose message;
-      message.stamp = time;
-      message.arrival = time;
-      message.frame = "marker_" + std::to_string(marker.id);
-      message.child = "rig";
-      message.frame_from_child = pose->pose.normalized();
-      message.covariance = pose->covariance;
-      made.messages.push_back(message);
+      made.messages.push_back(sighting_message(time, "marker_" + std::to_string(marker.id), *pose));
+    }
+    if (!planes) continue;
+    const std::vector<std::vector<Vec3>> seen = seen_of(made.planes, world_from_camera);
+    for (std::size_t p = 0; p < seen.size(); ++p) {
+      if (seen[p].empty()) continue;
+      PoseWithCovariance pose =
+          measured_plane(made.planes[p], seen[p], world_from_camera, options, of_planes);
+      if (of_outliers.uniform(0, 1) < options.outliers) {
+        pose.pose = se3_exp(mistake(of_outliers)) * pose.pose;
+        made.outliers.push_back(made.messages.size());
+      }
+      made.messages.push_back(sighting_message(time, plane_name(p), pose));
     }
   }
   if (made.messages.empty())
-    throw Error(ErrorKind::kNotEnoughData, "drive", "no marker is seen",
+    throw Error(ErrorKind::kNotEnoughData, "drive", "no marker or plane is seen",
                 "drive further or place more markers");
   return made;
 }

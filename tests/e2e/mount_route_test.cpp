@@ -52,6 +52,39 @@ TEST(MountRoute, FindsTheRigOfASimulatedRobot) {
   EXPECT_EQ(run_tool("calibrate-mount", inputs + "--height 0.7m+-2mm --child robot").exit_code, 3);
 }
 
+TEST(MountRoute, FindsTheRigByFloorAndWalls) {
+  const ScratchFolder folder;
+  const auto file = [&](const char* name) { return (folder / name).string(); };
+  ASSERT_EQ(
+      run_tool(
+          "simulate-robot",
+          "--path walk --duration 40s --noise 10mm,0.5deg --seed 4 --clock-offset 80ms --see planes -o " +
+              file("base.log") + " --sightings " + file("sightings.log") + " --save-mount " +
+              file("true.json"))
+          .exit_code,
+      0);
+  const std::string inputs = "--base " + file("base.log") + " --sightings " + file("sightings.log") + " -o " +
+                             file("mount.json") + " --preview " + file("mount.svg") + " --json ";
+  const ToolRun refused = run_tool("calibrate-mount", inputs);
+  EXPECT_EQ(refused.exit_code, 4) << refused.err;
+  EXPECT_NE(refused.err.find("--floor 0mm+-1mm"), std::string::npos) << refused.err;
+  const ToolRun run = run_tool("calibrate-mount", inputs + "--floor 0mm+-1mm");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json json = run.json();
+  EXPECT_TRUE(json["unobservable"].empty());
+  EXPECT_NEAR(json["time_offset"].get<double>(), 0.08, 0.01);
+  EXPECT_TRUE(json["markers"].empty());
+  EXPECT_GE(json["planes"].size(), 3u);
+  EXPECT_NEAR(json["plane_factor"].get<double>(), 1, 0.15);
+  const Pose truth = io::load_pose(file("true.json")).target_from_source.pose;
+  const FrameTree::Link mount = io::load_pose(file("mount.json"));
+  const Vec6 error = se3_log(mount.target_from_source.pose * truth.inverse());
+  EXPECT_LT(error.dot(mount.target_from_source.covariance.ldlt().solve(error)), 27.9);  // 1 in 10 000
+  EXPECT_NE(slurp(file("mount.svg")).find("walls (green)"), std::string::npos);
+  EXPECT_EQ(run_tool("calibrate-mount", inputs + "--floor 0mm").exit_code, 2);
+  EXPECT_EQ(run_tool("simulate-robot", "--see walls -o " + file("base.log")).exit_code, 2);
+}
+
 /// Of a head and of an arm: the mount, and where they stand in the room.
 void expect_mount_like_the_true_one(const ScratchFolder& folder, const std::string& path,
                                     const std::string& flag) {

@@ -5,6 +5,25 @@
 #include "common/cli.hpp"
 
 namespace procam::tools {
+namespace {
+
+/// "0.85m+-5mm": a measured length with its standard deviation.
+struct MeasuredLength {
+  double value, sigma;
+};
+MeasuredLength parse_measured(const std::string& text, const std::string& name, const std::string& example) {
+  const std::size_t sign = text.find("+-");
+  if (sign == text.npos)
+    throw Error(ErrorKind::kInput, "'" + text + "'", "a measured " + name + " needs its standard deviation",
+                "give e.g. " + example);
+  const MeasuredLength measured{io::parse_length(text.substr(0, sign)),
+                                io::parse_length(text.substr(sign + 2))};
+  if (!(measured.sigma > 0))
+    throw Error(ErrorKind::kInput, "'" + text + "'", "no measurement is exact", "give e.g. " + example);
+  return measured;
+}
+
+}  // namespace
 
 void declare_inputs(CLI::App& app, MountFlags& flags) {
   auto* base = app.add_option(
@@ -32,9 +51,10 @@ void declare_inputs(CLI::App& app, MountFlags& flags) {
       ->excludes(base)
       ->excludes(arm);
   arm->excludes(base);
-  auto* sightings =
-      app.add_option("--sightings", flags.files.sightings,
-                     "Pose log of marker sightings: frame 'marker_3', child 'rig', with covariance");
+  auto* sightings = app.add_option(
+      "--sightings", flags.files.sightings,
+      "Pose log of what the rig sees of markers and planes: frame 'marker_3' or 'plane_floor', child "
+      "'rig', with covariance (docs/mount.md)");
   auto* images = app.add_option("--images", flags.folder,
                                 "Or images of the rig's camera, each called after its time in seconds or "
                                 "nanoseconds; with --rig, --dictionary and --marker-size");
@@ -79,17 +99,21 @@ void declare_stated(CLI::App& app, MountFlags& flags) {
   add_parsed(
       app, "--height",
       [&flags](const std::string& text) {
-        const std::size_t sign = text.find("+-");
-        if (sign == text.npos)
-          throw Error(ErrorKind::kInput, "'" + text + "'", "a measured height needs its standard deviation",
-                      "give e.g. 0.85m+-5mm");
-        flags.options.height = calibrate::MountHeight{io::parse_length(text.substr(0, sign)),
-                                                      io::parse_length(text.substr(sign + 2))};
-        if (!(flags.options.height->sigma > 0))
-          throw Error(ErrorKind::kInput, "'" + text + "'", "no measurement is exact", "give e.g. 0.85m+-5mm");
+        const MeasuredLength height = parse_measured(text, "height", "0.85m+-5mm");
+        flags.options.height = calibrate::MountHeight{height.value, height.sigma};
       },
       "Measured height of the rig's origin (first camera's centre) above the base's origin, e.g. 0.85m+-5mm: a drive "
       "in a plane cannot observe it");
+  add_parsed(
+      app, "--floor",
+      [&flags](const std::string& text) {
+        const MeasuredLength below = parse_measured(text, "floor", "0mm+-1mm");
+        flags.options.floor = calibrate::MountFloor{};
+        flags.options.floor->below = below.value;
+        flags.options.floor->sigma = below.sigma;
+      },
+      "The plane 'plane_floor' of --sightings is the floor, so far below the base's origin, e.g. 0mm+-1mm of base_footprint; "
+      "its sigma includes how uneven it is over a metre. Instead of --height");
   auto* prior =
       app.add_option("--prior", flags.prior,
                      "An earlier mount (drawing, calibration): a pose file between base and rig, weighted by "

@@ -52,8 +52,19 @@ void declare_output(CLI::App& app, RobotFlags& flags) {
                  "qz, qw");
   app.add_option(
       "--sightings", flags.sightings,
-      "Log of the marker sightings of a rig on the robot, for calibrate-mount; its stamps are without "
-      "--clock-offset");
+      "Log of what a rig on the robot sees, for calibrate-mount; its stamps are without --clock-offset");
+  add_parsed(
+      app, "--see",
+      [&flags](const std::string& text) {
+        using simulate::SightingKind;
+        if (text != "markers" && text != "planes" && text != "both")
+          throw Error(ErrorKind::kInput, "'" + text + "'", "the rig sees no such thing",
+                      "give markers, planes or both");
+        flags.see = text == "markers"  ? SightingKind::kMarkers
+                    : text == "planes" ? SightingKind::kPlanes
+                                       : SightingKind::kBoth;
+      },
+      "In --sightings: markers (default), planes (floor and walls, as a depth sensor measures them) or both");
   app.add_option("--save-mount", flags.true_mount, "True pose of that rig on the robot, a pose file");
   app.add_option(
       "--save-markers", flags.true_markers,

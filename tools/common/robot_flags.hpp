@@ -2,6 +2,7 @@
 /// The flags of simulate-robot, and the drive that they describe.
 #include <string>
 
+#include "procam/simulate/mount_drive.hpp"
 #include "procam/simulate/robot.hpp"
 
 namespace CLI {
@@ -15,6 +16,7 @@ struct RobotFlags {
   bool binary = false, without_stamp = false;
   double speed = 0.5;
   simulate::RobotOptions robot;
+  simulate::SightingKind see = simulate::SightingKind::kMarkers;
   double clock_offset = 0, clock_drift_ppm = 0;
 };
 

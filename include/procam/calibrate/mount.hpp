@@ -1,6 +1,6 @@
 #pragma once
 /// The pose of the rig on what carries it ("mount"): a robot's base, an arm's flange or a pan-tilt head, from a motion
-/// past markers.
+/// past markers or, on a robot, past walls and over a floor.
 ///
 ///   MountData drive;                                   // poses of the base, sightings of markers, in time
 ///   MountOptions options;
@@ -13,7 +13,8 @@
 ///   sum_i |log(B_i^-1 C T(t_i - d))|^2 / sigma_base^2           poses B_i of the localiser, at its times t_i
 /// + sum_j |log(W_m^-1 T(s_j) X M_j^-1)|^2 in C_j^-1             sightings M_j = marker_from_rig, at camera time s_j
 /// + sum_k |log(T_k-1^-1 T_k) - log(T_k^-1 T_k+1)|^2 / sigma_a^2 white acceleration between the knots T_k
-/// + the priors: height, earlier mount, known markers.
+/// + the same of planes M_j, of which the tilt about x and y and the z of W_m^-1 T(s_j) X M_j^-1 alone count
+/// + the priors: height, earlier mount, known markers, floor.
 /// T(t) is a constant twist between knots 50 ms apart, in the camera's time: the time offset moves the noisy poses along
 /// the knots, not the precise sightings. A fit draws what is precise to the knots, where the path is least stiff, and
 /// sightings that move biased the time offset by 1 to 2 ms. The acceleration term is weak and bridges gaps. C is the
@@ -27,6 +28,10 @@
 /// (Schur complement): a direction whose standard deviation exceeds MountOptions::max_sigma is unobservable. It is
 /// named, and has to be supplied by a stated measurement; without one Error(kDegenerate) states the measurement or
 /// the drive that is missing. No value is assumed.
+///
+/// Planes. A sensor that sees the floor determines roll, pitch and height of a planar drive (MountOptions::floor): the base
+/// moves parallel to it. Walls of unknown pose give yaw, x and y by how their distances change with position and heading of the
+/// base. Their covariances have a factor of their own, as depth sensors err alike over a whole plane.
 ///
 /// Noise. The standard deviations of the localiser and a factor on those of the sightings are estimated (variance
 /// components: W. Foerstner, 1979; the traces by random probes: A. Girard, 1989). Errors of the localiser that stay
@@ -79,6 +84,13 @@ struct MountMarker {
   PoseWithCovariance world_from_marker;
 };
 
+/// A plane in the world: z of its frame is the normal. The covariance is of the tilt about its own x and y, and of z.
+struct MountPlane {
+  std::string name;
+  Pose world_from_plane;
+  Mat3 covariance = Mat3::Zero();
+};
+
 enum class BaseMotion {
   kAuto,    ///< planar if the base poses leave a plane by no more than their noise
   kPlanar,  ///< a robot on a floor
@@ -90,6 +102,14 @@ PROCAM_EXPORT BaseMotion parse_base_motion(const std::string& text);
 /// Height of the rig's origin above the base's origin, along the base's z axis; metres.
 struct MountHeight {
   double value = 0, sigma = 0;
+};
+
+/// The floor of a planar drive, among the planes that are seen.
+struct MountFloor {
+  std::string plane = "plane_floor";  ///< its name in the data
+  double below = 0;                   ///< of the base's origin, metres; 0 for ROS' base_footprint (REP 105)
+  /// Of `below`, and of the slope between the floor under the wheels and before the sensor, over a metre.
+  double sigma = 0.001;
 };
 
 /// What carries the rig.
@@ -107,6 +127,7 @@ struct MountOptions {
   bool stations = false;
   double station_time = 0.5;                ///< a sighting further from any station is not used, seconds
   std::optional<MountHeight> height;        ///< as measured
+  std::optional<MountFloor> floor;          ///< of a planar drive
   std::optional<PoseWithCovariance> prior;  ///< base_from_rig as known before (drawing, earlier calibration)
   /// Markers of known pose: for a robot in the localiser's world; for an arm and a head in a world of their own, and
   /// MountResult::world_from_base is estimated.
@@ -173,12 +194,14 @@ struct MountResult {
   /// The mount and the path are in the metres of the sightings.
   double scale = 1, scale_sigma = 0;
   std::vector<MountMarker> markers;  ///< all that were seen, by name
+  std::vector<MountPlane> planes;    ///< likewise
   bool planar = false;
   std::vector<BasePose> path;                     ///< estimated, at the knots
   double position_sigma = 0, rotation_sigma = 0;  ///< of the localiser, estimated
   double correlation = 1;                         ///< variance at low frequency over that of white noise
-  double sighting_factor = 1;                     ///< on the stated standard deviations of the sightings
-  double floor_sigma = 0, floor_tilt_sigma = 0;   ///< of an uneven floor, estimated; planar
+  double sighting_factor = 1;  ///< on the stated standard deviations of the markers' sightings
+  double plane_factor = 1;     ///< the same of the planes'
+  double floor_sigma = 0, floor_tilt_sigma = 0;  ///< of an uneven floor, estimated; planar
   std::size_t sightings_used = 0, base_poses_used = 0;
   std::vector<std::size_t> rejected_sightings, rejected_base_poses;  ///< indices into the data
   std::size_t sightings_outside = 0;                                 ///< at times without base poses
@@ -196,14 +219,14 @@ struct MountResult {
 
 /// Remarks: "stated_not_observed" names the directions that come from a stated measurement, "sightings_rejected",
 /// "base_poses_rejected", "rig_bumped", "localiser_jumped", "event_unclear" (the two kinds cannot be separated),
-/// "correlated_localiser", "sightings_noisier" (the stated covariances are too small), "time_offset_weak",
+/// "correlated_localiser", "sightings_noisier", "planes_noisier" (the stated covariances are too small), "time_offset_weak",
 /// "statement_disagrees" (the stated height or prior contradicts the drive), "lengths_disagree" (MountResult::scale),
 /// "poses_noisier" (an arm or a head scatters more than stated). Failures: "too_many_changes", and "lengths_disagree"
 /// where the mount may be off by more than 5 mm.
 ///
 /// Throws Error kNotEnoughData (too few poses or sightings, no overlap in time), kDegenerate (an unobservable
 /// direction without a stated measurement; a base that does not turn; most poses or sightings contradict the others),
-/// kNotConverged, kInput (times that do not grow; poses that are inverted, in millimetres or in another quaternion order);
+/// kNotConverged, kInput (a name that is a marker and a plane; a floor that is not seen; times that do not grow; poses that are inverted, in millimetres or in another quaternion order);
 /// std::invalid_argument for numbers that are not finite or sigmas that are not positive.
 PROCAM_EXPORT MountResult calibrate_mount(const MountData& data, const MountOptions& options = {});
 

@@ -3,12 +3,12 @@
 ///
 ///   session::MountFiles files;
 ///   files.base = "base.log";            // frame "map", child "base": a pose log or a trajectory of another program
-///   files.sightings = "sightings.log";  // frame "marker_3", child "rig": a pose log with covariances
+///   files.sightings = "sightings.log";  // frame "marker_3" or "plane_floor", child "rig": a pose log with covariances
 ///   const session::MountRecording drive = session::read_mount_data(files);
 ///   calibrate::calibrate_mount(drive.data);
 ///
 /// Times are those of the stamps where every message has one, else the arrivals; the calibration estimates the
-/// difference of the two clocks. A pose log may hold other frames as well (`project-live --record`): they are skipped.
+/// difference of the two clocks. A frame whose name begins with "plane_" is a plane (MarkerSighting::is_plane). A pose log may hold other frames as well (`project-live --record`): they are skipped.
 #include <filesystem>
 #include <string>
 #include <vector>

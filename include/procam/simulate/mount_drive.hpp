@@ -7,7 +7,9 @@
 ///   made.sightings.messages;   // frame "marker_3", child "rig": marker_from_rig with covariance
 ///
 /// A sighting is the pose that fits the four corners of the marker, projected through the camera's lens with noise of
-/// corner_sigma_px on each coordinate; its covariance is sigma^2 (J^T J)^-1 there. The markers are placed along the
+/// corner_sigma_px on each coordinate; its covariance is sigma^2 (J^T J)^-1 there. Planes are "plane_floor" and
+/// "plane_1" to "plane_4", the walls of a room 1.5 m beyond the drive. The sensor sees a plane by rays within 25 degrees of its
+/// axis, 0.4 to 5 m away. The markers are placed along the
 /// drive, 1.2 to 3 m before the camera and 15 to 40 degrees off the line of sight, so that any path sees some.
 #include <cstdint>
 #include <optional>
@@ -21,13 +23,23 @@
 
 namespace procam::simulate {
 
+/// What the rig sees.
+enum class SightingKind {
+  kMarkers,
+  kPlanes,  ///< floor and walls of a room about the drive, as a depth sensor measures them
+  kBoth
+};
+
 struct SightingOptions {
+  SightingKind kind = SightingKind::kMarkers;
   double sighting_rate = 10;        ///< images a second
   std::vector<double> image_times;  ///< instead: since the start, seconds
   double corner_sigma_px = 0.1;
   int markers = 8;
   double marker_size = 0.16;  ///< metres
-  double outliers = 0;        ///< share of the sightings that is wrong by up to 0.3 m, 20 degrees
+  /// Of a plane: its tilt, and its distance in the middle of what is seen. Metres, radians.
+  double plane_sigma = 0.002, plane_tilt_sigma = 0.1 * kDegree;
+  double outliers = 0;  ///< share of the sightings that is wrong by up to 0.3 m, 20 degrees
   double floor_sigma = 0, floor_tilt_sigma = 0;  ///< of an uneven floor, metres and radians; slow
   /// From this time on (seconds since the start) the rig is moved on its base: base_from_rig = bump * before.
   std::optional<double> bump_time;
@@ -42,6 +54,7 @@ struct MarkerSightings {
   std::vector<track::StampedPose> messages;
   Pose base_from_rig, base_from_rig_at_start;  ///< different after a bump
   std::vector<PlacedMarker> markers;           ///< world_from_marker; messages name them "marker_ID"
+  std::vector<Pose> planes;                    ///< world_from_plane: the floor, then the walls
   std::vector<std::size_t> outliers;           ///< indices of messages
 };
 

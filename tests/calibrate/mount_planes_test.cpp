@@ -1,0 +1,196 @@
+/// The rig on its base from floor and walls, as a depth sensor measures them (2 mm, 0.1 degrees a plane).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+#include "mount_drives.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+using simulate::SightingKind;
+
+/// A rig that looks ahead and 27 degrees down, turned and rolled a little.
+Pose looking_down() {
+  Mat3 optical;
+  optical << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return {so3_exp(Vec3(0.03, 0.47, -0.21)) * Eigen::Quaterniond(optical), Vec3(0.17, -0.08, 0.93)};
+}
+
+MountDriveOptions room(std::uint64_t seed, SightingKind kind = SightingKind::kPlanes) {
+  MountDriveOptions options = uneven(seed);
+  options.kind = kind;
+  options.base_from_rig = looking_down();
+  return options;
+}
+
+MountOptions on_the_floor() {
+  MountOptions options;
+  options.floor = MountFloor{};
+  return options;
+}
+
+TEST(MountFromPlanes, NeedsNoMarkersAndNoMeasuredHeight) {
+  const MountDrive made = walk(room(801));
+  const MountResult result = calibrate_mount(data_of(made), on_the_floor());
+  const Deviation off = deviation(result, made);
+  EXPECT_LT(off.chi2, kChi2Of6);
+  EXPECT_LT(off.at_two_metres, 0.01);
+  EXPECT_LT(std::abs(off.time_in_sigmas), 4);
+  EXPECT_TRUE(result.unobservable().empty());
+  EXPECT_LT(result.directions[5].sigma, 0.0015) << "height";
+  EXPECT_TRUE(result.events.empty());
+  EXPECT_TRUE(result.markers.empty());
+  EXPECT_NEAR(result.plane_factor, 1, 0.1);
+  ASSERT_EQ(result.planes.size(), 4u) << "floor and three walls";
+  for (const MountPlane& found : result.planes) {
+    const Pose& truth =
+        made.sightings.planes[found.name == "plane_floor" ? 0 : std::size_t(found.name.back() - '0')];
+    const Vec3 normal = truth.rotate(Vec3::UnitZ());
+    EXPECT_GT(found.world_from_plane.rotate(Vec3::UnitZ()).dot(normal), std::cos(0.5 * kDegree))
+        << found.name;
+    EXPECT_NEAR(normal.dot(found.world_from_plane.translation - truth.translation), 0, 0.02) << found.name;
+    EXPECT_GT(found.covariance.diagonal().minCoeff(), 0) << found.name;
+  }
+}
+
+TEST(MountFromPlanes, FindsClocksThatAreFarApart) {
+  MountDriveOptions options = room(802);
+  options.latency = -0.55;
+  const MountDrive made = walk(options);
+  const MountResult result = calibrate_mount(data_of(made), on_the_floor());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  EXPECT_NEAR(result.time_offset, -0.55, 0.01);
+}
+
+TEST(MountFromPlanes, ThatAreWrongNowAndThenAreRejected) {
+  MountDriveOptions options = room(803);
+  options.outliers = 0.08;
+  const MountDrive made = walk(options);
+  const MountResult result = calibrate_mount(data_of(made), on_the_floor());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  EXPECT_GT(result.rejected_sightings.size(), made.sightings.outliers.size() / 2);
+}
+
+TEST(MountFromPlanes, OfABumpedRigIsThatOfTheTimeAfter) {
+  MountDriveOptions options = room(804);
+  options.bump_time = 30;
+  const MountDrive made = walk(options);
+  const MountResult result = calibrate_mount(data_of(made), on_the_floor());
+  ASSERT_EQ(result.events.size(), 1u);
+  EXPECT_EQ(result.events[0].kind, MountEvent::Kind::kRigBumped);
+  EXPECT_NEAR(result.events[0].time, 30 + made.time_offset, 1);
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+}
+
+/// The floor is 120 mm below the base's origin: a base_link at the axles.
+TEST(MountFromPlanes, HeightIsAboveTheBasesOrigin) {
+  MountDriveOptions options = room(805);
+  const MountDrive made = walk(options);
+  MountOptions stated = on_the_floor();
+  stated.floor->below = 0.12;
+  const MountResult result = calibrate_mount(data_of(made), stated);
+  EXPECT_NEAR(result.base_from_rig.pose.translation.z(), looking_down().translation.z() - 0.12,
+              4 * result.directions[5].sigma);
+}
+
+TEST(MountFromPlanes, AndMarkersAreUsedTogether) {
+  const MountDrive made = walk(room(806, SightingKind::kBoth));
+  const MountResult both = calibrate_mount(data_of(made), on_the_floor());
+  EXPECT_LT(deviation(both, made).chi2, kChi2Of6);
+  EXPECT_TRUE(both.unobservable().empty());
+  EXPECT_EQ(both.markers.size(), 8u);
+  MountData markers = data_of(made);
+  markers.sightings.erase(std::remove_if(markers.sightings.begin(), markers.sightings.end(),
+                                         [](const MarkerSighting& seen) { return seen.is_plane; }),
+                          markers.sightings.end());
+  const MountResult alone = calibrate_mount(markers, with_height(made, 806));
+  for (const std::size_t i : {2, 3, 4})
+    EXPECT_LT(both.directions[i].sigma, alone.directions[i].sigma) << both.directions[i].name;
+}
+
+/// Covariances half as large as the noise is: the factor is that of planes alone.
+TEST(MountFromPlanes, ThatScatterMoreThanStatedAreReported) {
+  const MountDrive made = walk(room(807, SightingKind::kBoth));
+  MountData data = data_of(made);
+  for (MarkerSighting& seen : data.sightings)
+    if (seen.is_plane) seen.marker_from_rig.covariance /= 9;
+  const MountResult result = calibrate_mount(data, on_the_floor());
+  EXPECT_NEAR(result.plane_factor, 3, 0.3);
+  EXPECT_NEAR(result.sighting_factor, 1, 0.15);
+  EXPECT_NE(result.diagnostics.find("planes_noisier"), nullptr);
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+}
+
+TEST(MountFromPlanes, WithoutAStatedFloorDoNotGiveTheHeight) {
+  const MountDrive made = walk(room(808), 30);
+  MountOptions options;
+  options.find_events = false;
+  const std::string words = refusal(data_of(made), options, ErrorKind::kDegenerate);
+  EXPECT_NE(words.find("height"), std::string::npos) << words;
+  EXPECT_NE(words.find("--floor"), std::string::npos) << words;
+}
+
+TEST(MountFromPlanes, ThatDoNotSufficeAreRefusedWithTheRemedy) {
+  const MountDrive made = walk(room(809), 30);
+  const MountData data = data_of(made);
+  const auto only = [&](const std::vector<std::string>& names) {
+    MountData some = data;
+    some.sightings.erase(std::remove_if(some.sightings.begin(), some.sightings.end(),
+                                        [&](const MarkerSighting& seen) {
+                                          return std::find(names.begin(), names.end(), seen.marker) ==
+                                                 names.end();
+                                        }),
+                         some.sightings.end());
+    return some;
+  };
+  const auto has = [](const std::string& words, const char* part) {
+    EXPECT_NE(words.find(part), std::string::npos) << words;
+  };
+  has(refusal(only({"plane_floor"}), on_the_floor(), ErrorKind::kDegenerate), "walls");
+  has(refusal(only({"plane_1", "plane_2", "plane_3", "plane_4"}), {}, ErrorKind::kDegenerate), "floor");
+  has(refusal(only({"plane_1", "plane_2", "plane_3", "plane_4"}), on_the_floor(), ErrorKind::kInput),
+      "plane_floor");
+  MountData mixed = data;
+  mixed.sightings.front().is_plane = !mixed.sightings.front().is_plane;
+  has(refusal(mixed, on_the_floor(), ErrorKind::kInput), "both a marker and a plane");
+  MountOptions in_space = on_the_floor();
+  in_space.motion = BaseMotion::kFull;
+  has(refusal(data, in_space, ErrorKind::kInput), "--floor");
+}
+
+/// 95 % regions hold the truth in 93 % of drives or more, as those of markers.
+TEST(TwoHundredMountsFromPlanes, AreAsGoodAsTheyState) {
+  int inside = 0, in_time = 0, events = 0, drives = 200;
+  if (const char* text = std::getenv("PROCAM_MOUNT_DRIVES")) drives = std::atoi(text);
+  double squares = 0, time = 0;
+  std::array<double, 6> in_sigmas{};  // mean square
+  for (int drive = 0; drive < drives; ++drive) {
+    const MountDrive made = walk(room(8200 + std::uint64_t(drive)));
+    const MountResult result = calibrate_mount(data_of(made), on_the_floor());
+    const Deviation off = deviation(result, made);
+    const Pose &found = result.base_from_rig.pose, &truth = made.sightings.base_from_rig;
+    Vec6 error;
+    error << so3_log(Eigen::Quaterniond(found.rotation * truth.rotation.conjugate())),
+        found.translation - truth.translation;
+    for (std::size_t i = 0; i < 6; ++i)
+      in_sigmas[i] += std::pow(error[Eigen::Index(i)] / result.directions[i].sigma, 2) / drives;
+    inside += off.chi2 < 12.592 ? 1 : 0;  // 95 % of 6 degrees of freedom
+    in_time += std::abs(off.time_in_sigmas) < 1.96 ? 1 : 0;
+    events += int(result.events.size());
+    squares += off.at_two_metres * off.at_two_metres / drives;
+    time += off.time / drives;
+  }
+  std::printf("inside %d, time %d of %d, %.2f mm rms at 2 m, time %.2f ms, events %d, in sigmas", inside,
+              in_time, drives, 1e3 * std::sqrt(squares), 1e3 * time, events);
+  for (const double square : in_sigmas) std::printf(" %.2f", std::sqrt(square));
+  std::printf("\n");
+  EXPECT_GE(inside, 0.93 * drives);
+  EXPECT_GE(in_time, 0.915 * drives);
+  EXPECT_LE(events, 0.03 * drives);
+}
+
+}  // namespace
+}  // namespace procam::calibrate

@@ -1,5 +1,5 @@
-/// calibrate-mount: poses of a robot or an arm, or angles of a pan-tilt head, + sightings of markers -> mount.json, the
-/// rig on what carries it, with covariance.
+/// calibrate-mount: poses of a robot or an arm, or angles of a pan-tilt head, + sightings of markers or planes -> mount.json,
+/// the rig on what carries it, with covariance.
 #include <CLI/CLI.hpp>
 
 #include "common/cli.hpp"
@@ -105,8 +105,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"calibrate-mount",
-       "Computes the pose of the rig on its robot base, on an arm or on a pan-tilt head from a motion past markers: the "
-       "carrier's poses or angles and what the rig sees. What the motion cannot observe has to be measured, and is "
+       "Computes the pose of the rig on its robot base, on an arm or on a pan-tilt head from a motion past markers, "
+       "of a robot also past walls: the carrier's poses or angles and what the rig sees. What the motion cannot observe has to be measured, and is "
        "named."},
       [&](CLI::App& app) {
         declare_inputs(app, flags);

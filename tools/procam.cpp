@@ -39,7 +39,7 @@ const std::vector<Group>& groups() {
         {"calibrate-projector", "projector and camera together, from a session"},
         {"calibrate-camera", "cameras alone, from photographs of a printed board"},
         {"calibrate-room", "projectors and cameras from structured light on a room, without a board"},
-        {"calibrate-mount", "the rig on its robot base, from a drive past markers"}}},
+        {"calibrate-mount", "the rig on its robot base, from a drive past markers or walls"}}},
       {"Place",
        {{"locate-projector", "the projector's pose in the room, from markers"},
         {"align-maps", "two maps of one place, joined by what both hold"},

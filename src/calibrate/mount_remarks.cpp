@@ -169,11 +169,12 @@ void remark_on_scale(const MountResult& result, Diagnostics& diagnostics) {
     if (result.directions[std::size_t(3 + i)].observable)
       square += std::pow(result.base_from_rig.pose.translation[i], 2);
   const double effect = std::abs(off) * std::sqrt(square);
+  const bool by_planes = result.markers.empty();
   const std::string text =
       "lengths by " + words.source + " are " +
-      format("%+.2f +- %.2f %%", 100 * off, 100 * result.scale_sigma) +
-      " off those by the markers, and the mount may be " + mm(effect, 1) +
-      " off: measure the markers' black squares" +
+      format("%+.2f +- %.2f %%", 100 * off, 100 * result.scale_sigma) + " off those by the " +
+      (by_planes ? "planes" : "markers") + ", and the mount may be " + mm(effect, 1) +
+      " off: " + (by_planes ? "check the depth sensor's scale" : "measure the markers' black squares") +
       (result.carrier == MountCarrier::kBase ? ", or correct the odometry's wheels" : "");
   if (effect > kLargest)
     diagnostics.fail("lengths_disagree", text);

@@ -124,6 +124,18 @@ TEST(MountFromPlanes, ThatScatterMoreThanStatedAreReported) {
   EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
 }
 
+TEST(MountFromPlanes, ByADepthSensorOfAnotherScaleAreReported) {
+  const MountDrive made = walk(room(805));
+  MountData data = data_of(made);
+  for (MarkerSighting& seen : data.sightings) seen.marker_from_rig.pose.translation *= 1.02;
+  const MountResult result = calibrate_mount(data, on_the_floor());
+  EXPECT_NEAR(result.scale, 1 / 1.02, 0.004);
+  const Diagnostic* const remark = result.diagnostics.find("lengths_disagree");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_EQ(remark->severity, Severity::kFailure);
+  EXPECT_NE(remark->message.find("depth sensor's scale"), std::string::npos) << remark->message;
+}
+
 TEST(MountFromPlanes, WithoutAStatedFloorDoNotGiveTheHeight) {
   const MountDrive made = walk(room(808), 30);
   MountOptions options;

@@ -67,6 +67,7 @@ constexpr ValueType kValueTypes[] = {
      " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
     {"FILE", " section_v:measured section_v:corners "},
     {"{opencv,opencv-stereo,ros,kalibr,mrcal,colmap,urdf,sdf,gltf,procam}", " format "},
+    {"{markers,planes,both}", " simulate-robot:see "},
     {"LENGTH+-LENGTH", " calibrate-mount:height calibrate-mount:floor "},
     {"MOTION", " motion "},
     {"DICTIONARY", " dictionary "},

@@ -144,6 +144,7 @@ else
   fi
   install_packages "${build_packages[@]}" "${release_packages[@]}"
   mkdir -p "$out"
+  phase "clang-tidy" scripts/tidy.sh --all || fail "clang-tidy"
   phase "interfaces" compare_interfaces || fail "the interfaces"
 fi
 

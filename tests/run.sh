@@ -78,18 +78,11 @@ end_chaos() {
   return "$status"
 }
 
-# The libraries' sources as preset ci compiles them, several in one: clang-tidy parses Eigen anew for each file it gets.
-# Not the Python bindings: they are declarations, and take minutes to parse.
-check_tidy() {
-  sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/ci/compile_commands.json | grep -E "^$PWD/(build/ci/)?src/" | grep -v "/src/python/" | sort |
-    xargs -P "$jobs" -n 1 clang-tidy -p build/ci --quiet
-}
-
 step "Packages" install_packages "${build_packages[@]}" "${test_packages[@]}" "${fuzz_packages[@]}" || { echo "$passed passed, $failed failed"; exit 1; }
 step "Style: clang-format" check_format
 build_and_test ci "everything, optimised"
 begin_chaos
-step "Style: clang-tidy" check_tidy
+step "Style: clang-tidy" scripts/tidy.sh
 step "The main job: examples/run.sh" env PROCAM_PRESET=ci examples/run.sh build/ci/out
 build_and_test core-only "core alone, without OpenCV and Ceres, under sanitizers"
 build_and_test asan "what reads files, under sanitizers"

@@ -77,6 +77,8 @@ ExitCode simulate_head(const RobotFlags& flags, Console& console) {
   if (flags.log.empty())
     throw Error(ErrorKind::kInput, "no destination", "a pan-tilt head's angles are written to a log",
                 "give -o angles.log");
+  if (flags.see != simulate::SightingKind::kMarkers)
+    throw Error(ErrorKind::kInput, "--see", "the rig on a pan-tilt head sees markers alone", "leave it out");
   for (const std::string& file : {flags.log, flags.sightings, flags.true_mount, flags.true_markers})
     if (!file.empty()) io::require_writable(file);
   simulate::HeadRunOptions options;

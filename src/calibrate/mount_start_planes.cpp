@@ -148,6 +148,14 @@ Pose mount_from_planes(Model& model) {
       const FromWalls found = from_walls(model, walls, s * kStep);
       if (found.misfit < best.misfit) best = found, chosen = s * kStep;
     }
+  constexpr double kFits = 0.1;  // m
+  if (best.solved.size() > 0 && best.misfit > kFits)
+    throw Error(
+        ErrorKind::kInput, "sightings",
+        "the distances of the walls do not follow the poses of the base (" + mm(best.misfit, 0) +
+            " off in the median)",
+        "check that planes and poses are in metres and of one drive, and that each plane is plane_from_rig, with z "
+        "towards the rig (docs/mount.md)");
   constexpr double kDirection = 0.3;  // of 1
   if (best.solved.size() == 0 || !(best.solved.head<2>().norm() > kDirection))
     throw Error(ErrorKind::kDegenerate, "mount",

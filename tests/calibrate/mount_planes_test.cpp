@@ -165,6 +165,12 @@ TEST(MountFromPlanes, ThatDoNotSufficeAreRefusedWithTheRemedy) {
   has(refusal(only({"plane_1", "plane_2", "plane_3", "plane_4"}), {}, ErrorKind::kDegenerate), "floor");
   has(refusal(only({"plane_1", "plane_2", "plane_3", "plane_4"}), on_the_floor(), ErrorKind::kInput),
       "plane_floor");
+  MountData in_millimetres = data, inverted = data;
+  for (MarkerSighting& seen : in_millimetres.sightings) seen.marker_from_rig.pose.translation *= 1000;
+  for (MarkerSighting& seen : inverted.sightings)
+    seen.marker_from_rig.pose = seen.marker_from_rig.pose.inverse();
+  has(refusal(in_millimetres, on_the_floor(), ErrorKind::kInput), "metres");
+  has(refusal(inverted, on_the_floor(), ErrorKind::kInput), "plane_from_rig");
   MountData mixed = data;
   mixed.sightings.front().is_plane = !mixed.sightings.front().is_plane;
   has(refusal(mixed, on_the_floor(), ErrorKind::kInput), "both a marker and a plane");

@@ -22,6 +22,13 @@ Vec3 normal_in_rig(const MarkerSighting& seen) {
   return seen.marker_from_rig.pose.rotation.conjugate() * Vec3::UnitZ();
 }
 
+[[noreturn]] void refuse_planes(const std::string& why) {
+  throw Error(
+      ErrorKind::kInput, "sightings", why,
+      "check that planes and poses are in metres and of one drive, and that each plane is plane_from_rig, with z "
+      "towards the rig (docs/mount.md)");
+}
+
 struct Floor {
   Eigen::Quaterniond level_from_rig;
   double distance;
@@ -30,16 +37,26 @@ Floor floor_of(const Model& model) {
   const MountOptions& options = *model.options;
   const std::string name = options.floor ? options.floor->plane : MountFloor().plane;
   Vec3 up = Vec3::Zero();
+  Points3 normals;
   std::vector<double> distances;
   for (const MarkerSighting& seen : model.data->sightings) {
     if (seen.marker != name || !model.at(seen.time)) continue;
-    up += normal_in_rig(seen);
+    normals.push_back(normal_in_rig(seen));
+    up += normals.back();
     distances.push_back(seen.marker_from_rig.pose.translation.z());
   }
   if (distances.empty())
     throw Error(ErrorKind::kDegenerate, "mount",
                 "only walls are seen, which give no start values for roll and pitch of the rig",
                 "let the sensor see the floor as well (" + name + "), show it a marker, or give --prior");
+  std::vector<double> off;
+  for (const Vec3& normal : normals)
+    off.push_back(std::acos(std::clamp(normal.dot(up.normalized()), -1.0, 1.0)));
+  const double usual = median(off);
+  constexpr double kSteady = 5 * kDegree;
+  if (!(usual < kSteady))
+    refuse_planes("the normal of the floor, as the rig sees it, is not steady (" + fixed(usual / kDegree, 0) +
+                  " degrees off its mean in the median)");
   return {Eigen::Quaterniond::FromTwoVectors(up, Vec3::UnitZ()), median(distances)};
 }
 
@@ -150,12 +167,8 @@ Pose mount_from_planes(Model& model) {
     }
   constexpr double kFits = 0.1;  // m
   if (best.solved.size() > 0 && best.misfit > kFits)
-    throw Error(
-        ErrorKind::kInput, "sightings",
-        "the distances of the walls do not follow the poses of the base (" + mm(best.misfit, 0) +
-            " off in the median)",
-        "check that planes and poses are in metres and of one drive, and that each plane is plane_from_rig, with z "
-        "towards the rig (docs/mount.md)");
+    refuse_planes("the distances of the walls do not follow the poses of the base (" + mm(best.misfit, 0) +
+                  " off in the median)");
   constexpr double kDirection = 0.3;  // of 1
   if (best.solved.size() == 0 || !(best.solved.head<2>().norm() > kDirection))
     throw Error(ErrorKind::kDegenerate, "mount",

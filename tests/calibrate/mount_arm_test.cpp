@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "mount_costs.hpp"
+#include "mount_drives.hpp"
 #include "procam/calibrate/mount.hpp"
 #include "procam/simulate/mount_motion.hpp"
 
@@ -113,17 +114,6 @@ VecX error_of(const MountResult& result, const Pose& mount, const PanTiltAxes* a
     error.segment<2>(6) << result.axes->offset - axes->offset, result.axes->angle - axes->angle;
   error.tail<6>() = se3_log(result.world_from_base->pose * world.inverse());
   return error;
-}
-
-std::string refusal(const MountData& data, const MountOptions& options, ErrorKind kind) {
-  try {
-    calibrate_mount(data, options);
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "a mount was returned";
-  return "";
 }
 
 TEST(MountOnArm, IsFoundWithTheArmsPlaceInTheRoom) {

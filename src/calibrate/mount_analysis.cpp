@@ -106,8 +106,11 @@ MountInformation mount_information(const Equations& equations, bool with_offset)
     const MatX fixed = MatX(factor.solve(unit)).middleRows(column, width);
     return MatX(fixed + rows * covariance * rows.transpose());
   };
-  if (linear.scale_column >= 0)
-    found.scale_sigma = std::sqrt(std::max(covariance_at(linear.scale_column, 1)(0, 0), 0.0));
+  const auto sigma_at = [&](Eigen::Index column) {
+    return column < 0 ? 0 : std::sqrt(std::max(covariance_at(column, 1)(0, 0), 0.0));
+  };
+  found.scale_sigma = sigma_at(linear.scale_column);
+  found.plane_scale_sigma = sigma_at(linear.plane_scale_column);
   for (std::size_t m = 0; m < linear.marker_column.size(); ++m) {
     const Eigen::Index column = linear.marker_column[m], next = m + 1 < linear.marker_column.size()
                                                                     ? linear.marker_column[m + 1]

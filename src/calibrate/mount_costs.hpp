@@ -260,14 +260,16 @@ inline Eigen::Matrix<double, 3, 6> off_plane_derivative(const Pose& pose) {
   return by;
 }
 
-/// Knot, next knot, mount, plane: what is left of a rigid motion within the plane. The last three rows are zero, so that all
-/// sightings have six.
-struct PlaneCost : ceres::SizedCostFunction<6, 7, 7, 7, 7> {
+/// Knot, next knot, mount, plane, scale of the sensor (reported distance = scale * distance): what is left of a rigid motion
+/// within the plane. The last three rows are zero, so that all sightings have six.
+struct PlaneCost : ceres::SizedCostFunction<6, 7, 7, 7, 7, 1> {
   Pose rig_from_plane;  ///< as measured
   Mat3 whiten;
   double alpha;
   bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
-    const Pose mount = pose_of(p[2]), base_from_plane = mount * rig_from_plane;
+    const double scale = p[4][0];
+    const Pose mount = pose_of(p[2]), scaled(rig_from_plane.rotation, rig_from_plane.translation / scale),
+               base_from_plane = mount * scaled;
     const BetweenKnots at = between_knots(pose_of(p[0]), pose_of(p[1]), alpha);
     const Pose moved = pose_of(p[3]).inverse() * at.pose * base_from_plane;
     Eigen::Map<Vec6>{residuals} << whiten * off_plane(moved), Vec3::Zero();
@@ -279,6 +281,11 @@ struct PlaneCost : ceres::SizedCostFunction<6, 7, 7, 7, 7> {
     write(jacobians, 1, by_base * at.by_second);
     write(jacobians, 2, by_base * left_by_directions(mount));
     write(jacobians, 3, -by_moved * adjoint(moved.inverse()));
+    if (jacobians[4] != nullptr) {
+      Vec6 by_scale = Vec6::Zero();  // of the right increment
+      by_scale.tail<3>() = scaled.rotation.conjugate() * Vec3(-scaled.translation / scale);
+      Eigen::Map<Vec6>{jacobians[4]} = by_moved * by_scale;
+    }
     return true;
   }
 };
@@ -377,7 +384,7 @@ struct MarkerPriorCost : ceres::SizedCostFunction<6, 7, 7> {
   }
 };
 
-/// Weak, as WeakTimeCost: the axes of a head of which one does not move.
+/// Weak, as NumberPriorCost: the axes of a head of which one does not move.
 struct WeakAxesCost : ceres::SizedCostFunction<2, 2> {
   double offset, angle, inverse_sigma;
   bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
@@ -389,11 +396,12 @@ struct WeakAxesCost : ceres::SizedCostFunction<2, 2> {
   }
 };
 
-/// Weak: keeps the start where the drive has no information, so that every equation can be solved.
-struct WeakTimeCost : ceres::SizedCostFunction<1, 1> {
-  double start, sigma;
+/// A number as it is known before: the scale of a sensor. Weak, it keeps the start where the drive has no information, so
+/// that every equation can be solved: the time offset.
+struct NumberPriorCost : ceres::SizedCostFunction<1, 1> {
+  double value, sigma;
   bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
-    residuals[0] = (p[0][0] - start) / sigma;
+    residuals[0] = (p[0][0] - value) / sigma;
     if (jacobians != nullptr && jacobians[0] != nullptr) jacobians[0][0] = 1 / sigma;
     return true;
   }

@@ -122,6 +122,7 @@ struct MountProblem::Impl {
       if (!model.estimates_scale) problem.SetParameterBlockConstant(&model.scale);
       add_base();
     }
+    add_plane_scale();
     add_sightings();
     add_motion();
     if (model.planar) add_floor();
@@ -186,6 +187,21 @@ struct MountProblem::Impl {
     add(weak, false, all(kOther), {model.axes->data()});
   }
 
+  void add_plane_scale() {
+    problem.AddParameterBlock(&model.plane_scale, 1);
+    const double sigma = model.options->plane_scale_sigma;
+    const bool has_planes =
+        std::any_of(model.is_plane.begin(), model.is_plane.end(), [](char is) { return is != 0; });
+    if (!has_planes || !(sigma > 0)) {
+      problem.SetParameterBlockConstant(&model.plane_scale);
+      return;
+    }
+    auto* cost = new NumberPriorCost;
+    cost->value = 1;
+    cost->sigma = sigma;
+    add(cost, false, all(kOther), {&model.plane_scale});
+  }
+
   void add_sightings() {
     sighting_block.assign(model.data->sightings.size(), -1);
     Vec6 doubt = Vec6::Zero();  // of the base, besides its path
@@ -210,7 +226,9 @@ struct MountProblem::Impl {
         cost->rig_from_plane = seen.marker_from_rig.pose.inverse();
         cost->whiten = whitening_off_plane(covariance);
         cost->alpha = at->alpha;
-        add(cost, true, {kPlane, kPlane, kPlane, kOther, kOther, kOther}, parameters);
+        std::vector<double*> with_scale = parameters;
+        with_scale.push_back(&model.plane_scale);
+        add(cost, true, {kPlane, kPlane, kPlane, kOther, kOther, kOther}, with_scale);
       } else {
         auto* cost = new SightingCost;
         cost->rig_from_marker = seen.marker_from_rig.pose.inverse();
@@ -308,8 +326,8 @@ struct MountProblem::Impl {
       else
         add(weak, false, all(kOther), {mount.pose.data()});
     }
-    auto* time = new WeakTimeCost;
-    time->start = model.offset;
+    auto* time = new NumberPriorCost;
+    time->value = model.offset;
     time->sigma = model.options->max_time_offset;
     add(time, false, all(kOther), {&model.offset});
   }
@@ -383,6 +401,7 @@ Linear MountProblem::linearise() {
   linear.after_markers = column;
   if (model.world) linear.world_column = take(model.world->data());
   if (!model.axes) linear.scale_column = take(&model.scale);
+  linear.plane_scale_column = take(&model.plane_scale);
   for (Epoch& mount : model.mounts) linear.mount_column = take(mount.pose.data());
   if (model.axes) take(model.axes->data());
   take(&model.offset);

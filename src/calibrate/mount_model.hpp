@@ -62,6 +62,7 @@ struct Model {
   /// Reported position = scale * position in the metres of the sightings. Exactly 1 until lengths are seen to disagree.
   double scale = 1;
   bool estimates_scale = false;
+  double plane_scale = 1;  ///< MountResult::plane_scale
   Noise noise;
   /// At the start a sighting counts no more than a pose of the localiser: else the path, which follows the precise
   /// sightings, would follow the wrong ones too.
@@ -92,6 +93,7 @@ struct Linear {
   Eigen::Index after_markers = 0;              ///< the column after the last of them
   Eigen::Index world_column = -1;              ///< of world_from_base
   Eigen::Index scale_column = -1;              ///< of Model::scale
+  Eigen::Index plane_scale_column = -1;        ///< of Model::plane_scale
   Eigen::Index mount_column = 0, columns = 0;  ///< of the last mount
   MatX prior_information;  ///< of what the stated measurements say of the last mount (6 x 6)
   VecX prior_gradient;

@@ -40,7 +40,10 @@ TEST(MountFromPlanes, NeedsNoMarkersAndNoMeasuredHeight) {
   EXPECT_LT(off.at_two_metres, 0.01);
   EXPECT_LT(std::abs(off.time_in_sigmas), 4);
   EXPECT_TRUE(result.unobservable().empty());
-  EXPECT_LT(result.directions[5].sigma, 0.0015) << "height";
+  // Of the stated floor 1 mm, and what the scale of the sensor leaves open.
+  EXPECT_LT(result.directions[5].sigma, 0.002) << "height";
+  EXPECT_LT(std::abs(result.plane_scale - 1), 4 * result.plane_scale_sigma);
+  EXPECT_LT(result.plane_scale_sigma, 0.002);
   EXPECT_TRUE(result.events.empty());
   EXPECT_TRUE(result.markers.empty());
   EXPECT_NEAR(result.plane_factor, 1, 0.1);
@@ -124,16 +127,117 @@ TEST(MountFromPlanes, ThatScatterMoreThanStatedAreReported) {
   EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
 }
 
+/// Reported distances of planes times `scale`; the poses, plane_from_rig, turn about an origin in the plane.
+MountData with_scale(const MountDrive& made, double scale) {
+  MountData data = data_of(made);
+  for (MarkerSighting& seen : data.sightings)
+    if (seen.is_plane) seen.marker_from_rig.pose.translation *= scale;
+  return data;
+}
+
 TEST(MountFromPlanes, ByADepthSensorOfAnotherScaleAreReported) {
   const MountDrive made = walk(room(805));
-  MountData data = data_of(made);
-  for (MarkerSighting& seen : data.sightings) seen.marker_from_rig.pose.translation *= 1.02;
-  const MountResult result = calibrate_mount(data, on_the_floor());
-  EXPECT_NEAR(result.scale, 1 / 1.02, 0.004);
+  const MountResult result = calibrate_mount(with_scale(made, 1.02), on_the_floor());
+  EXPECT_EQ(result.scale, 1) << "of the localiser";
+  EXPECT_NEAR(result.plane_scale, 1.02, 0.004);
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6) << "the mount allows for it";
   const Diagnostic* const remark = result.diagnostics.find("lengths_disagree");
   ASSERT_NE(remark, nullptr);
   EXPECT_EQ(remark->severity, Severity::kFailure);
   EXPECT_NE(remark->message.find("depth sensor's scale"), std::string::npos) << remark->message;
+}
+
+/// As sensors are: the mount and its sigmas allow for it, without a remark.
+TEST(MountFromPlanes, AllowForASensorThatIsHalfAPercentOff) {
+  const MountDrive made = walk(room(811));
+  const MountData data = with_scale(made, 0.995);
+  const MountResult result = calibrate_mount(data, on_the_floor());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  EXPECT_NEAR(result.plane_scale, 0.995, 4 * result.plane_scale_sigma);
+  EXPECT_EQ(result.diagnostics.find("lengths_disagree"), nullptr);
+  MountOptions exact = on_the_floor();
+  exact.plane_scale_sigma = 0;
+  const MountResult believed = calibrate_mount(data, exact);
+  EXPECT_GT(deviation(believed, made).chi2, kChi2Of6) << "the height is 4.7 mm off, by a sigma of 1 mm";
+  EXPECT_EQ(believed.plane_scale_sigma, 0);
+}
+
+TEST(MountFromPlanes, WithMarkersHaveTheMetresOfTheMarkers) {
+  const MountDrive made = walk(room(812, SightingKind::kBoth));
+  const MountResult result = calibrate_mount(with_scale(made, 1.03), on_the_floor());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  EXPECT_NEAR(result.plane_scale, 1.03, 4 * result.plane_scale_sigma);
+  const Diagnostic* const remark = result.diagnostics.find("plane_scale_off");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_EQ(remark->severity, Severity::kWarning);
+}
+
+/// A sensor does not tell which plane it sees.
+MountData without_names(MountData data) {
+  for (MarkerSighting& seen : data.sightings)
+    if (seen.is_plane) seen.marker.clear();
+  return data;
+}
+
+TEST(MountFromPlanes, NeedNoNames) {
+  for (const std::uint64_t seed : {801, 813, 814}) {
+    const MountDrive made = walk(room(seed));
+    const MountResult named = calibrate_mount(data_of(made), on_the_floor()),
+                      result = calibrate_mount(without_names(data_of(made)), on_the_floor());
+    EXPECT_LT(deviation(result, made).chi2, kChi2Of6) << seed;
+    EXPECT_TRUE(result.events.empty()) << seed;
+    EXPECT_EQ(result.planes.size(), named.planes.size()) << "walls that return are joined, " << seed;
+    EXPECT_EQ(std::count_if(result.planes.begin(), result.planes.end(),
+                            [](const MountPlane& plane) { return plane.name == "plane_floor"; }),
+              1)
+        << seed;
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_LT(result.directions[i].sigma, 1.2 * named.directions[i].sigma) << result.directions[i].name;
+  }
+}
+
+TEST(MountFromPlanes, WithoutNamesStandBumpsOutliersAndClocks) {
+  MountDriveOptions options = room(815);
+  options.outliers = 0.05;
+  options.bump_time = 30;
+  options.latency = 0.4;
+  const MountDrive made = walk(options);
+  const MountResult result = calibrate_mount(without_names(data_of(made)), on_the_floor());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  ASSERT_EQ(result.events.size(), 1u);
+  EXPECT_NEAR(result.events[0].time, 30 + made.time_offset, 1);
+}
+
+/// A ceiling is as steady as a floor, and a table lies between them.
+TEST(MountFromPlanes, OfCeilingTableAndFloorTheFloorIsFound) {
+  const MountDrive made = walk(room(816));
+  MountData data = without_names(data_of(made));
+  std::vector<MarkerSighting> more;
+  const Pose rig_from_base = made.sightings.base_from_rig.inverse();
+  const Pose ceiling(so3_exp(Vec3(kPi, 0, 0)), Vec3(0.6, -0.2, 2.6)),
+      table(Pose().rotation, Vec3(0.9, 0.3, 0.7));
+  for (std::size_t i = 0; i < data.sightings.size(); i += 2)
+    for (const Pose& base_from_plane : {ceiling, table}) {
+      MarkerSighting seen = data.sightings[i];
+      seen.marker_from_rig.pose = (rig_from_base * base_from_plane).inverse();
+      more.push_back(seen);
+    }
+  data.sightings.insert(data.sightings.end(), more.begin(), more.end());
+  const MountResult result = calibrate_mount(data, on_the_floor());
+  EXPECT_NEAR(result.base_from_rig.pose.translation.z(), looking_down().translation.z(),
+              4 * result.directions[5].sigma);
+  EXPECT_LT(deviation(result, made).at_two_metres, 0.015);
+}
+
+TEST(MountFromPlanes, WithoutNamesAndWithoutAFloorAreRefused) {
+  const MountDrive made = walk(room(817), 30);
+  MountData walls = data_of(made);
+  walls.sightings.erase(
+      std::remove_if(walls.sightings.begin(), walls.sightings.end(),
+                     [](const MarkerSighting& seen) { return seen.marker == "plane_floor"; }),
+      walls.sightings.end());
+  const std::string words = refusal(without_names(walls), on_the_floor(), ErrorKind::kDegenerate);
+  EXPECT_NE(words.find("as a floor does"), std::string::npos) << words;
 }
 
 TEST(MountFromPlanes, WithoutAStatedFloorDoNotGiveTheHeight) {

@@ -249,7 +249,8 @@ TEST(MountCosts, HaveTheDerivativesOfTheirResiduals) {
   plane.alpha = 0.37;
   plane.rig_from_plane = sighting.rig_from_marker * Pose(so3_exp(Vec3(0, 0, 0.8)), Vec3(1.1, -0.6, 0));
   plane.whiten << 3, 0, 0, 0.5, 2, 0, -0.3, 0.2, 4;
-  check(plane, {base, next, rig, marker}, {kRight, kRight, kMount, kRight}, {}, 2e-5);
+  double reported = 1.03;
+  check(plane, {base, next, rig, marker}, {kRight, kRight, kMount, kRight}, {&reported}, 2e-5);
   FloorPlaneCost below;
   below.below = 0.12, below.inverse_sigma = 7;
   check(below, {Pose(so3_exp(Vec3(0.01, -0.02, 0.3)), Vec3(1, 2, -0.1))}, {kRight}, {}, 2e-5);

@@ -31,7 +31,11 @@
 ///
 /// Planes. A sensor that sees the floor determines roll, pitch and height of a planar drive (MountOptions::floor): the base
 /// moves parallel to it. Walls of unknown pose give yaw, x and y by how their distances change with position and heading of the
-/// base. Their covariances have a factor of their own, as depth sensors err alike over a whole plane.
+/// base. Their covariances have a factor of their own, as depth sensors err alike over a whole plane. A sensor's distances
+/// may be off in proportion (MountOptions::plane_scale_sigma): this scale is an unknown, which walls and the localiser's
+/// metres determine, and its covariance is part of that of the mount. Planes without a name are followed from image to image by
+/// their predicted tilt and distance. The floor is the lowest plane that keeps both while the base turns. Planes that lie
+/// within each other by the first result are joined, and all is solved again.
 ///
 /// Noise. The standard deviations of the localiser and a factor on those of the sightings are estimated (variance
 /// components: W. Foerstner, 1979; the traces by random probes: A. Girard, 1989). Errors of the localiser that stay
@@ -145,6 +149,8 @@ struct MountOptions {
   double acceleration = 0.1, turn_acceleration = 0.2;
   /// How uneven the floor is under a planar base: start values, or exact if estimate_noise is false. Metres, radians.
   double floor_sigma = 0.0003, floor_tilt_sigma = 0.0003;
+  /// By how much the sensor's distances of planes may be off in proportion, one standard deviation; 0: they are exact.
+  double plane_scale_sigma = 0.005;
   /// A direction of the mount is unobservable from this standard deviation on: metres, and radians (1 m away).
   double max_sigma = 0.1;
   bool find_events = true;   ///< bumps of the rig, jumps of the localiser
@@ -193,6 +199,9 @@ struct MountResult {
   /// Lengths of the localiser (an arm) over those of the sightings; 1 and sigma 0 where no difference is significant.
   /// The mount and the path are in the metres of the sightings.
   double scale = 1, scale_sigma = 0;
+  /// Reported distances of planes over those in the metres of the markers, or of the localiser where there are no markers;
+  /// sigma 0 without planes.
+  double plane_scale = 1, plane_scale_sigma = 0;
   std::vector<MountMarker> markers;  ///< all that were seen, by name
   std::vector<MountPlane> planes;    ///< likewise
   bool planar = false;

@@ -163,6 +163,7 @@ MountResult result_of(const Model& model, const Equations& equations) {
   result.plane_scale_sigma = information.plane_scale_sigma;
   const Pose world_from_plane = pose_of(model.frames[0].pose.data());
   for (std::size_t m = 0; m < model.markers.size(); ++m) {
+    if (information.marker_covariance[m].size() == 0) continue;
     const Pose pose = world_from_plane * pose_of(model.markers[m].data());
     if (model.is_plane[m]) {
       result.planes.push_back({model.marker_names[m], pose, information.marker_covariance[m]});

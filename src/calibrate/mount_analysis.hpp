@@ -30,7 +30,8 @@ struct MountInformation {
   double offset_sigma = 0;
   double scale_sigma = 0;               ///< of Model::scale, where it is estimated
   double plane_scale_sigma = 0;         ///< of Model::plane_scale, likewise
-  std::vector<MatX> marker_covariance;  ///< of the right increments, by marker; of a plane 3 x 3
+  /// Of the right increments, by marker; of a plane 3 x 3; empty where no sighting is left.
+  std::vector<MatX> marker_covariance;
   MatX world_covariance;                ///< of the right increment of world_from_base; empty without it
   MatX directions_with_world;           ///< covariance of the directions (rows) with it (columns)
 };

@@ -128,7 +128,17 @@ struct MountProblem::Impl {
     if (model.planar) add_floor();
     add_markers();
     add_floor_plane();
+    hold_unseen();
     add_stated();
+  }
+
+  /// Markers and planes of which no sighting is left.
+  void hold_unseen() {
+    for (PoseBlock& marker : model.markers) {
+      std::vector<ceres::ResidualBlockId> of_marker;
+      problem.GetResidualBlocksForParameterBlock(marker.data(), &of_marker);
+      if (of_marker.empty()) problem.SetParameterBlockConstant(marker.data());
+    }
   }
 
   void add_base() {

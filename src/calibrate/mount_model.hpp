@@ -89,7 +89,8 @@ struct Linear {
   VecX residuals;
   std::vector<Group> group;                    ///< by row
   std::vector<int> base_row, sighting_row;     ///< first row of each base pose and sighting; -1: not used
-  std::vector<Eigen::Index> marker_column;     ///< first column of each marker (6 of them) and plane (3)
+  /// First column of each marker (6 of them) and plane (3); -1 where no sighting is left.
+  std::vector<Eigen::Index> marker_column;
   Eigen::Index after_markers = 0;              ///< the column after the last of them
   Eigen::Index world_column = -1;              ///< of world_from_base
   Eigen::Index scale_column = -1;              ///< of Model::scale

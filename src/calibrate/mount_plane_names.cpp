@@ -295,7 +295,7 @@ MountData with_joined_planes(MountData data, const MountResult& first) {
     const Vec3 ahead = between.rotate(Vec3::UnitX());
     const double angle = std::atan2(ahead.y(), ahead.x()), c = std::cos(angle), s = std::sin(angle);
     Mat3 there;  // the first one's tilt and height
-    there << c, s, 0, -s, c, 0, -between.translation.y(), between.translation.x(), 1;
+    there << c, s, 0, -s, c, 0, between.translation.y(), -between.translation.x(), 1;
     const Mat3 covariance = there * one.covariance * there.transpose() + other.covariance;
     return off.dot(covariance.ldlt().solve(off)) < kAgrees;
   };

@@ -6,6 +6,7 @@
 
 #include "procam/report/mount.hpp"
 #include "procam/session/mount_data.hpp"
+#include "procam/session/mount_planes.hpp"
 #include "procam/simulate/mount_motion.hpp"
 
 namespace procam::python {
@@ -89,6 +90,9 @@ void bind_mount_options(py::module_& m) {
       .field("floor_sigma", &calibrate::MountOptions::floor_sigma,
              "of an uneven floor, metres: start value, or exact without estimate_noise")
       .field("floor_tilt_sigma", &calibrate::MountOptions::floor_tilt_sigma, "radians, likewise")
+      .field("plane_scale_sigma", &calibrate::MountOptions::plane_scale_sigma,
+             "By how much a sensor's distances of planes may be off in proportion, one standard\n"
+             "deviation; 0: they are exact.")
       .field("max_sigma", &calibrate::MountOptions::max_sigma,
              "A direction of the mount is unobservable from this standard deviation on: metres,\n"
              "and radians.")
@@ -146,6 +150,10 @@ void bind_mount_result(py::module_& m) {
              "lengths of the localiser over those of the sightings; 1 where no difference is significant")
       .field("scale_sigma", &calibrate::MountResult::scale_sigma,
              "standard deviation; 0 where it is not estimated")
+      .field("plane_scale", &calibrate::MountResult::plane_scale,
+             "reported distances of planes over those in the metres of markers or localiser")
+      .field("plane_scale_sigma", &calibrate::MountResult::plane_scale_sigma,
+             "standard deviation; 0 without planes")
       .field("markers", &calibrate::MountResult::markers, "all that were seen, by name")
       .field("planes", &calibrate::MountResult::planes, "likewise")
       .field("planar", &calibrate::MountResult::planar, "")
@@ -177,6 +185,9 @@ void bind_drives(py::module_& m) {
       .value("kBoth", simulate::SightingKind::kBoth);
   Record<simulate::SightingOptions> sighting_options(
       m, "SightingOptions", "How a camera on the robot sees markers, and a depth sensor floor and walls.");
+  Record<simulate::TimedPose> timed_pose(m, "TimedPose", "The true pose at a time of the drive.");
+  timed_pose.field("time", &simulate::TimedPose::time, "seconds")
+      .field("pose", &simulate::TimedPose::pose, "");
   Record<simulate::MarkerSightings> marker_sightings(m, "MarkerSightings",
                                                      "Sightings of markers, with the truth.");
   Record<simulate::MountDriveOptions, simulate::SightingOptions> mount_drive_options(
@@ -210,7 +221,8 @@ void bind_drives(py::module_& m) {
              "different after a bump")
       .field("markers", &simulate::MarkerSightings::markers, "world_from_marker")
       .field("planes", &simulate::MarkerSightings::planes, "world_from_plane: the floor, then the walls")
-      .field("outliers", &simulate::MarkerSightings::outliers, "indices of messages");
+      .field("outliers", &simulate::MarkerSightings::outliers, "indices of messages")
+      .field("rig", &simulate::MarkerSightings::rig, "world_from_rig at the times of the images");
   mount_drive_options.fields_init()
       .field("rate", &simulate::MountDriveOptions::rate, "messages a second")
       .field("pose_times", &simulate::MountDriveOptions::pose_times, "instead: since the start, seconds")
@@ -273,6 +285,9 @@ void bind_drives(py::module_& m) {
   function(m, "marker_sightings", &simulate::marker_sightings,
            "What the camera of a rig sees of markers along a drive, with the true mount.", py::arg("drive"),
            py::arg_v("options", simulate::SightingOptions{}, "SightingOptions()"));
+  function(m, "drive_room", &simulate::drive_room,
+           "The furnished room about a drive past planes, for depth_view().", py::arg("sightings"),
+           py::arg("seed") = 0);
   function(m, "mount_drive", &simulate::mount_drive,
            "marker_sightings(), and what a localiser reports of the drive.", py::arg("drive"),
            py::arg_v("options", simulate::MountDriveOptions{}, "MountDriveOptions()"));
@@ -303,6 +318,24 @@ void bind_recordings(py::module_& m) {
            "The recordings of a drive, for calibrate_mount().", py::arg("files"));
   function(m, "sightings_in_images", &session::sightings_in_images,
            "Markers in images that are named after their times.", py::arg("images"), py::arg("camera"));
+  Record<session::DepthImages> depth_images(
+      m, "DepthImages", "A folder of depth images of a drive, each called after its time.");
+  depth_images.fields_init()
+      .field("folder", &session::DepthImages::folder, "16 bits, or floats in metres")
+      .field("metres_per_unit", &session::DepthImages::metres_per_unit, "of 16-bit numbers")
+      .field("sensor", &session::DepthImages::sensor, "\"kinect-v1\", \"tof\" or \"scan\"");
+  Record<session::PlaneSightings> plane_sightings(m, "PlaneSightings",
+                                                  "Planes without names, each at its time.");
+  plane_sightings.field("sightings", &session::PlaneSightings::sightings, "")
+      .field("images", &session::PlaneSightings::images, "read")
+      .field("images_without_plane", &session::PlaneSightings::images_without_plane, "")
+      .field("diagnostics", &session::PlaneSightings::diagnostics, "");
+  function(m, "depth_image_size", &session::depth_image_size, "Of the first image of such a folder.",
+           py::arg("images"));
+  function(m, "planes_in_depth", &session::planes_in_depth,
+           "Floor and walls in depth images that are named after their times, for calibrate_mount().\n"
+           "`progress` is called before each image.",
+           py::arg("images"), py::arg("camera"), py::arg("progress") = py::none());
 }
 
 }  // namespace

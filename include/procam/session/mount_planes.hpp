@@ -8,7 +8,7 @@
 ///
 /// Of each image the planes are found (depth/planes.hpp). A sighting is plane_from_rig with the origin in the middle of the
 /// plane's readings, and has no name: the calibration finds out which sightings are of one plane. Planes that are known to
-/// less than 2 degrees or 30 mm are left out.
+/// 2 degrees or 30 mm, or worse, are omitted.
 #include <filesystem>
 #include <string>
 #include <vector>

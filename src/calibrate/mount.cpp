@@ -159,8 +159,10 @@ MountResult result_of(const Model& model, const Equations& equations) {
   result.time_offset_sigma = information.offset_sigma;
   result.scale = model.scale;
   result.scale_sigma = information.scale_sigma;
-  result.plane_scale = model.plane_scale;
-  result.plane_scale_sigma = information.plane_scale_sigma;
+  if (information.sensor_covariance.size() > 0) {
+    const auto& [scale, x, y, z] = model.sensor;
+    result.plane_sensor = MountResult::PlaneSensor{scale, Vec3(x, y, z), information.sensor_covariance};
+  }
   const Pose world_from_plane = pose_of(model.frames[0].pose.data());
   for (std::size_t m = 0; m < model.markers.size(); ++m) {
     if (information.marker_covariance[m].size() == 0) continue;

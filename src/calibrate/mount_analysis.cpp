@@ -106,11 +106,9 @@ MountInformation mount_information(const Equations& equations, bool with_offset)
     const MatX fixed = MatX(factor.solve(unit)).middleRows(column, width);
     return MatX(fixed + rows * covariance * rows.transpose());
   };
-  const auto sigma_at = [&](Eigen::Index column) {
-    return column < 0 ? 0 : std::sqrt(std::max(covariance_at(column, 1)(0, 0), 0.0));
-  };
-  found.scale_sigma = sigma_at(linear.scale_column);
-  found.plane_scale_sigma = sigma_at(linear.plane_scale_column);
+  if (linear.scale_column >= 0)
+    found.scale_sigma = std::sqrt(std::max(covariance_at(linear.scale_column, 1)(0, 0), 0.0));
+  if (linear.sensor_column >= 0) found.sensor_covariance = covariance_at(linear.sensor_column, 4);
   for (std::size_t m = 0; m < linear.marker_column.size(); ++m) {
     const Eigen::Index column = linear.marker_column[m];
     const auto next = std::find_if(linear.marker_column.begin() + std::ptrdiff_t(m) + 1,
@@ -244,7 +242,7 @@ FoundScale find_scale(const Model& model, const MountProblem& problem, const Equ
   // Without markers, the scale of the planes is that ratio.
   const bool has_markers =
       std::any_of(model.is_plane.begin(), model.is_plane.end(), [](char is) { return is == 0; });
-  if (!has_markers && equations.linear.plane_scale_column >= 0) return {};
+  if (!has_markers && equations.linear.sensor_column >= 0) return {};
   const Linear& linear = equations.linear;
   VecX by = VecX::Zero(linear.residuals.size());
   for (std::size_t i = 0; i < linear.base_row.size(); ++i)

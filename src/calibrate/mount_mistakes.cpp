@@ -39,7 +39,8 @@ void check_poses(const MountData& data, const MountOptions& options) {
   require(options.position_sigma > 0 && options.rotation_sigma > 0 && options.acceleration > 0 &&
               options.turn_acceleration > 0 && options.max_sigma > 0 && options.max_time_offset > 0 &&
               options.station_time > 0 && options.floor_sigma > 0 && options.floor_tilt_sigma > 0 &&
-              options.plane_scale_sigma >= 0 && std::isfinite(options.time_offset),
+              options.plane_sensor.scale_sigma >= 0 && options.plane_sensor.turn_sigma >= 0 &&
+              std::isfinite(options.time_offset),
           "calibrate_mount: an option's sigma is not positive");
   require(!options.height || (std::isfinite(options.height->value) && options.height->sigma > 0),
           "calibrate_mount: the height needs a positive sigma");

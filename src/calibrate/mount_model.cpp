@@ -122,7 +122,7 @@ struct MountProblem::Impl {
       if (!model.estimates_scale) problem.SetParameterBlockConstant(&model.scale);
       add_base();
     }
-    add_plane_scale();
+    add_sensor();
     add_sightings();
     add_motion();
     if (model.planar) add_floor();
@@ -197,19 +197,20 @@ struct MountProblem::Impl {
     add(weak, false, all(kOther), {model.axes->data()});
   }
 
-  void add_plane_scale() {
-    problem.AddParameterBlock(&model.plane_scale, 1);
-    const double sigma = model.options->plane_scale_sigma;
+  void add_sensor() {
+    problem.AddParameterBlock(model.sensor.data(), 4);
     const bool has_planes =
         std::any_of(model.is_plane.begin(), model.is_plane.end(), [](char is) { return is != 0; });
-    if (!has_planes || !(sigma > 0)) {
-      problem.SetParameterBlockConstant(&model.plane_scale);
+    if (!has_planes) {
+      problem.SetParameterBlockConstant(model.sensor.data());
       return;
     }
-    auto* cost = new NumberPriorCost;
-    cost->value = 1;
-    cost->sigma = sigma;
-    add(cost, false, all(kOther), {&model.plane_scale});
+    constexpr double kExact = 1e-6;  // the equations stay solvable
+    const MountPlaneSensor& sensor = model.options->plane_sensor;
+    auto* cost = new SensorPriorCost;
+    cost->inverse_sigma << 1 / std::max(sensor.scale_sigma, kExact),
+        Vec3::Constant(1 / std::max(sensor.turn_sigma, kExact));
+    add(cost, false, all(kOther), {model.sensor.data()});
   }
 
   void add_sightings() {
@@ -236,9 +237,9 @@ struct MountProblem::Impl {
         cost->rig_from_plane = seen.marker_from_rig.pose.inverse();
         cost->whiten = whitening_off_plane(covariance);
         cost->alpha = at->alpha;
-        std::vector<double*> with_scale = parameters;
-        with_scale.push_back(&model.plane_scale);
-        add(cost, true, {kPlane, kPlane, kPlane, kOther, kOther, kOther}, with_scale);
+        std::vector<double*> with_sensor = parameters;
+        with_sensor.push_back(model.sensor.data());
+        add(cost, true, {kPlane, kPlane, kPlane, kOther, kOther, kOther}, with_sensor);
       } else {
         auto* cost = new SightingCost;
         cost->rig_from_marker = seen.marker_from_rig.pose.inverse();
@@ -336,8 +337,8 @@ struct MountProblem::Impl {
       else
         add(weak, false, all(kOther), {mount.pose.data()});
     }
-    auto* time = new NumberPriorCost;
-    time->value = model.offset;
+    auto* time = new WeakTimeCost;
+    time->start = model.offset;
     time->sigma = model.options->max_time_offset;
     add(time, false, all(kOther), {&model.offset});
   }
@@ -411,7 +412,7 @@ Linear MountProblem::linearise() {
   linear.after_markers = column;
   if (model.world) linear.world_column = take(model.world->data());
   if (!model.axes) linear.scale_column = take(&model.scale);
-  linear.plane_scale_column = take(&model.plane_scale);
+  linear.sensor_column = take(model.sensor.data());
   for (Epoch& mount : model.mounts) linear.mount_column = take(mount.pose.data());
   if (model.axes) take(model.axes->data());
   take(&model.offset);

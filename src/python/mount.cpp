@@ -53,6 +53,13 @@ void bind_mount_options(py::module_& m) {
       .field("plane", &calibrate::MountFloor::plane, "its name in the data")
       .field("below", &calibrate::MountFloor::below, "of the base's origin, metres")
       .field("sigma", &calibrate::MountFloor::sigma, "of `below`, metres, and of the slope over a metre");
+  Record<calibrate::MountPlaneSensor> plane_sensor(
+      m, "MountPlaneSensor",
+      "By how much the sensor of planes may be off during the whole drive, one standard\n"
+      "deviation. 0: it is exact.");
+  plane_sensor.fields_init()
+      .field("scale_sigma", &calibrate::MountPlaneSensor::scale_sigma, "of its distances, in proportion")
+      .field("turn_sigma", &calibrate::MountPlaneSensor::turn_sigma, "against the rig, radians");
   Record<calibrate::MountOptions> mount_options(m, "MountOptions",
                                                 "What calibrate_mount() assumes of the drive.");
   mount_marker.fields_init()
@@ -90,9 +97,8 @@ void bind_mount_options(py::module_& m) {
       .field("floor_sigma", &calibrate::MountOptions::floor_sigma,
              "of an uneven floor, metres: start value, or exact without estimate_noise")
       .field("floor_tilt_sigma", &calibrate::MountOptions::floor_tilt_sigma, "radians, likewise")
-      .field("plane_scale_sigma", &calibrate::MountOptions::plane_scale_sigma,
-             "By how much a sensor's distances of planes may be off in proportion, one standard\n"
-             "deviation; 0: they are exact.")
+      .field("plane_sensor", &calibrate::MountOptions::plane_sensor,
+             "by how much the sensor of planes may be off during the whole drive")
       .field("max_sigma", &calibrate::MountOptions::max_sigma,
              "A direction of the mount is unobservable from this standard deviation on: metres,\n"
              "and radians.")
@@ -121,6 +127,14 @@ void bind_mount_result(py::module_& m) {
       m, "MountResult",
       "The rig's pose on its base, with covariance, and what the drive does not\n"
       "determine.");
+  Record<calibrate::MountResult::PlaneSensor> found_sensor(mount_result.type, "PlaneSensor",
+                                                           "What the sensor of planes is off by.");
+  found_sensor.fields_init()
+      .field("scale", &calibrate::MountResult::PlaneSensor::scale,
+             "reported distances over those in the metres of the markers, or of the localiser")
+      .field("turn", &calibrate::MountResult::PlaneSensor::turn,
+             "rotation vector in the rig: true rig_from_plane = exp(turn) * reported")
+      .field("covariance", &calibrate::MountResult::PlaneSensor::covariance, "of the scale and the turn");
   mount_event.fields_init()
       .field("kind", &calibrate::MountEvent::kind, "")
       .field("time", &calibrate::MountEvent::time, "localiser's clock")
@@ -150,10 +164,8 @@ void bind_mount_result(py::module_& m) {
              "lengths of the localiser over those of the sightings; 1 where no difference is significant")
       .field("scale_sigma", &calibrate::MountResult::scale_sigma,
              "standard deviation; 0 where it is not estimated")
-      .field("plane_scale", &calibrate::MountResult::plane_scale,
-             "reported distances of planes over those in the metres of markers or localiser")
-      .field("plane_scale_sigma", &calibrate::MountResult::plane_scale_sigma,
-             "standard deviation; 0 without planes")
+      .field("plane_sensor", &calibrate::MountResult::plane_sensor,
+             "what the sensor of planes is off by; None without planes")
       .field("markers", &calibrate::MountResult::markers, "all that were seen, by name")
       .field("planes", &calibrate::MountResult::planes, "likewise")
       .field("planar", &calibrate::MountResult::planar, "")

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <random>
 
 #include "mount_drives.hpp"
 
@@ -32,6 +33,10 @@ MountOptions on_the_floor() {
   return options;
 }
 
+double scale_sigma(const MountResult& result) {
+  return std::sqrt(result.plane_sensor->covariance(0, 0));
+}
+
 TEST(MountFromPlanes, NeedsNoMarkersAndNoMeasuredHeight) {
   const MountDrive made = walk(room(801));
   const MountResult result = calibrate_mount(data_of(made), on_the_floor());
@@ -42,8 +47,11 @@ TEST(MountFromPlanes, NeedsNoMarkersAndNoMeasuredHeight) {
   EXPECT_TRUE(result.unobservable().empty());
   // Of the stated floor 1 mm, and what the scale of the sensor leaves open.
   EXPECT_LT(result.directions[5].sigma, 0.002) << "height";
-  EXPECT_LT(std::abs(result.plane_scale - 1), 4 * result.plane_scale_sigma);
-  EXPECT_LT(result.plane_scale_sigma, 0.002);
+  ASSERT_TRUE(result.plane_sensor);
+  EXPECT_LT(std::abs(result.plane_sensor->scale - 1), 4 * scale_sigma(result));
+  EXPECT_LT(scale_sigma(result), 0.002);
+  for (const std::size_t i : {0, 1, 2})
+    EXPECT_GT(result.directions[i].sigma, 0.099 * kDegree) << "a turned sensor looks like a turned rig";
   EXPECT_TRUE(result.events.empty());
   EXPECT_TRUE(result.markers.empty());
   EXPECT_NEAR(result.plane_factor, 1, 0.1);
@@ -127,19 +135,23 @@ TEST(MountFromPlanes, ThatScatterMoreThanStatedAreReported) {
   EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
 }
 
-/// Reported distances of planes times `scale`; the poses, plane_from_rig, turn about an origin in the plane.
-MountData with_scale(const MountDrive& made, double scale) {
+/// Reported distances of planes times `scale`, by a sensor that is turned against the rig.
+MountData by_sensor(const MountDrive& made, double scale, const Vec3& turn = Vec3::Zero()) {
   MountData data = data_of(made);
-  for (MarkerSighting& seen : data.sightings)
-    if (seen.is_plane) seen.marker_from_rig.pose.translation *= scale;
+  for (MarkerSighting& seen : data.sightings) {
+    if (!seen.is_plane) continue;
+    Pose& plane_from_rig = seen.marker_from_rig.pose;
+    plane_from_rig.translation *= scale;
+    plane_from_rig = plane_from_rig * Pose(so3_exp(turn), Vec3::Zero());
+  }
   return data;
 }
 
 TEST(MountFromPlanes, ByADepthSensorOfAnotherScaleAreReported) {
   const MountDrive made = walk(room(805));
-  const MountResult result = calibrate_mount(with_scale(made, 1.02), on_the_floor());
+  const MountResult result = calibrate_mount(by_sensor(made, 1.02), on_the_floor());
   EXPECT_EQ(result.scale, 1) << "of the localiser";
-  EXPECT_NEAR(result.plane_scale, 1.02, 0.004);
+  EXPECT_NEAR(result.plane_sensor->scale, 1.02, 0.004);
   EXPECT_LT(deviation(result, made).chi2, kChi2Of6) << "the mount allows for it";
   const Diagnostic* const remark = result.diagnostics.find("lengths_disagree");
   ASSERT_NE(remark, nullptr);
@@ -150,24 +162,26 @@ TEST(MountFromPlanes, ByADepthSensorOfAnotherScaleAreReported) {
 /// As sensors are: the mount and its sigmas allow for it, without a remark.
 TEST(MountFromPlanes, AllowForASensorThatIsHalfAPercentOff) {
   const MountDrive made = walk(room(811));
-  const MountData data = with_scale(made, 0.995);
+  const MountData data = by_sensor(made, 0.995);
   const MountResult result = calibrate_mount(data, on_the_floor());
   EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
-  EXPECT_NEAR(result.plane_scale, 0.995, 4 * result.plane_scale_sigma);
+  EXPECT_NEAR(result.plane_sensor->scale, 0.995, 4 * scale_sigma(result));
   EXPECT_EQ(result.diagnostics.find("lengths_disagree"), nullptr);
   MountOptions exact = on_the_floor();
-  exact.plane_scale_sigma = 0;
+  exact.plane_sensor = {0, 0};
   const MountResult believed = calibrate_mount(data, exact);
   EXPECT_GT(deviation(believed, made).chi2, kChi2Of6) << "the height is 4.7 mm off, by a sigma of 1 mm";
-  EXPECT_EQ(believed.plane_scale_sigma, 0);
+  EXPECT_LT(scale_sigma(believed), 2e-6);
 }
 
-TEST(MountFromPlanes, WithMarkersHaveTheMetresOfTheMarkers) {
+TEST(MountFromPlanes, WithMarkersHaveTheMetresAndTheFrameOfTheMarkers) {
   const MountDrive made = walk(room(812, SightingKind::kBoth));
-  const MountResult result = calibrate_mount(with_scale(made, 1.03), on_the_floor());
+  const Vec3 turn(0.008, -0.003, 0.002);  // 0.5 degrees
+  const MountResult result = calibrate_mount(by_sensor(made, 1.03, turn), on_the_floor());
   EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
-  EXPECT_NEAR(result.plane_scale, 1.03, 4 * result.plane_scale_sigma);
-  const Diagnostic* const remark = result.diagnostics.find("plane_scale_off");
+  EXPECT_NEAR(result.plane_sensor->scale, 1.03, 4 * scale_sigma(result));
+  EXPECT_LT((result.plane_sensor->turn - turn).norm(), 0.001) << result.plane_sensor->turn.transpose();
+  const Diagnostic* const remark = result.diagnostics.find("plane_sensor_off");
   ASSERT_NE(remark, nullptr);
   EXPECT_EQ(remark->severity, Severity::kWarning);
 }
@@ -289,9 +303,16 @@ TEST(TwoHundredMountsFromPlanes, AreAsGoodAsTheyState) {
   if (const char* text = std::getenv("PROCAM_MOUNT_DRIVES")) drives = std::atoi(text);
   double squares = 0, time = 0;
   std::array<double, 6> in_sigmas{};  // mean square
+  std::mt19937 random(8199);
+  std::normal_distribution<double> normal;
   for (int drive = 0; drive < drives; ++drive) {
     const MountDrive made = walk(room(8200 + std::uint64_t(drive)));
-    const MountResult result = calibrate_mount(data_of(made), on_the_floor());
+    MountOptions stated = on_the_floor();
+    const MountPlaneSensor& sensor = stated.plane_sensor;
+    const double scale = 1 + sensor.scale_sigma * normal(random);
+    const Vec3 turn = sensor.turn_sigma * Vec3(normal(random), normal(random), normal(random));
+    stated.floor->below = stated.floor->sigma * normal(random);
+    const MountResult result = calibrate_mount(without_names(by_sensor(made, scale, turn)), stated);
     const Deviation off = deviation(result, made);
     const Pose &found = result.base_from_rig.pose, &truth = made.sightings.base_from_rig;
     Vec6 error;

@@ -50,7 +50,7 @@ constexpr OptionGroup kGroups[] = {
     {"calibrate-mount", "Images of the rig",
      " images rig camera-name dictionary marker-size depth depth-camera intrinsics depth-scale sensor-model "},
     {"calibrate-mount", "Known values",
-     " stations height floor plane-scale-sigma prior prior-sigma markers motion time-offset same-clock "},
+     " stations height floor plane-sensor-sigma prior prior-sigma markers motion time-offset same-clock "},
     {"scan-surfaces", "Input", " captures rig view pattern projector-size step "},
     {"scan-surfaces", "Surface", " deviation nearest farthest viewer "},
     {"scan-surfaces", "Several stations", " station-pose pose-sigma keep-poses max-move max-turn "},
@@ -93,7 +93,8 @@ constexpr ValueType kValueTypes[] = {
     {"NAME",
      " camera-name child depth-camera device fleet frame group marker-camera-name projector rig-frame robot surface "
      "track-camera-name view watch-name "},
-    {"SHARE", " duplicate garbage lens-sigma loss plane-scale-sigma reorder "},
+    {"SHARE,ANGLE", " plane-sensor-sigma "},
+    {"SHARE", " duplicate garbage lens-sigma loss reorder "},
     {"SURFACE=VALUE", " content crop fit reflectance track track-hinge "},
     {"PROJECTOR", " blend "},
     {"PROJECTOR=DISPLAY", " screen "},

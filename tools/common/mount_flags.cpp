@@ -147,14 +147,23 @@ void declare_stated(CLI::App& app, MountFlags& flags) {
       "The floor is so far below the base's origin, e.g. 0mm+-1mm of base_footprint; its sigma includes how uneven it is "
       "over a metre. It is the plane 'plane_floor' of --sightings, and is found in images. Instead of --height");
   add_parsed(
-      app, "--plane-scale-sigma",
+      app, "--plane-sensor-sigma",
       [&flags](const std::string& text) {
-        flags.options.plane_scale_sigma = io::parse_share(text);
-        if (!(flags.options.plane_scale_sigma >= 0 && flags.options.plane_scale_sigma < 0.2))
-          throw Error(ErrorKind::kInput, "'" + text + "'", "no sensor is that wrong", "give e.g. 0.5%");
+        const std::size_t comma = text.find(',');
+        if (comma == text.npos)
+          throw Error(ErrorKind::kInput, "'" + text + "'", "it is no share and angle",
+                      "give e.g. 0.5%,0.1deg");
+        calibrate::MountPlaneSensor& sensor = flags.options.plane_sensor;
+        sensor.scale_sigma = io::parse_share(text.substr(0, comma));
+        sensor.turn_sigma = io::parse_angle(text.substr(comma + 1));
+        constexpr double kScale = 0.2, kTurn = 0.2;
+        if (!(sensor.scale_sigma >= 0 && sensor.scale_sigma < kScale && sensor.turn_sigma >= 0 &&
+              sensor.turn_sigma < kTurn))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "no sensor is that wrong",
+                      "give e.g. 0.5%,0.1deg");
       },
-      "Standard deviation of the scale of a depth sensor's distances, e.g. 0.5% (the default); it is estimated, and 0% states "
-      "that it is exact");
+      "By how much the sensor of planes may be off during the whole drive, standard deviations: its distances in "
+      "proportion, and its turn against the rig (default 0.5%,0.1deg); 0%,0deg: not at all");
   auto* prior =
       app.add_option("--prior", flags.prior,
                      "An earlier mount (drawing, calibration): a pose file between base and rig, weighted by "

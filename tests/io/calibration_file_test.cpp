@@ -290,6 +290,18 @@ TEST(CalibrationFile, ReadsWhatEditorsMakeOfIt) {
   expect_golden_camera(load_calibration(scratch.write("t.yaml", tabs)).cameras[0].camera, kTerms);
 }
 
+/// OpenCV's own YAML reader takes them, and ORB-SLAM's settings for EuRoC have both.
+TEST(CalibrationFile, ReadsFieldsWithoutABlankBehindTheColon) {
+  const Scratch scratch;
+  std::string text = read_file(golden("orb_slam3.yaml")) + "\nViewer.PointSize:2\n";
+  const std::string from = "data: [0, -1";
+  text.replace(text.find(from), from.size(), "data:[0, -1");
+  const Rig rig = load_calibration(scratch.write("c.yaml", text));
+  expect_golden_camera(rig.cameras[0].camera, kTerms);
+  expect_golden_pose(rig.cameras[0].rig_from_camera.inverse() * rig.cameras[1].rig_from_camera);
+  EXPECT_ERROR(load_calibration(scratch.write("c.yaml", "a photograph: of\nit is:2\n")), kInput, "no field");
+}
+
 TEST(CalibrationFile, RefusesAChainWithAGap) {
   const Scratch scratch;
   std::string chain = read_file(golden("kalibr_camchain.yaml"));

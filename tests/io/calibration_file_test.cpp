@@ -383,6 +383,12 @@ TEST(CalibrationFile, ReadsTheCameraOfASdfModel) {
   EXPECT_NEAR(plain.intrinsics.fx, 640 / std::tan(0.425), 1e-9);
   EXPECT_EQ(plain.intrinsics.fy, plain.intrinsics.fx);
   EXPECT_EQ(plain.intrinsics.cy, 479.5);
+  // Gazebo's own models have attributes beside texts.
+  expect_golden_camera(
+      load("<sensor", "<pose frame=\"\">0 -0.05 0.004 0 0 0</pose><sensor").cameras[0].camera,
+      {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+  EXPECT_EQ(load("<fx>1401.125</fx>", "<fx unit=\"px\">1401.125</fx>").cameras[0].camera.intrinsics.fx,
+            1401.125);
   EXPECT_ERROR(load("<center>0.5 0.5</center>", "<center>0.4 0.5</center>"), kUnsupported,
                "centre of distortion");
   EXPECT_ERROR(load("type=\"camera\"", "type=\"gpu_lidar\""), kUnsupported, "frames and no camera");

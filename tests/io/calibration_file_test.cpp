@@ -302,6 +302,18 @@ TEST(CalibrationFile, ReadsFieldsWithoutABlankBehindTheColon) {
   EXPECT_ERROR(load_calibration(scratch.write("c.yaml", "a photograph: of\nit is:2\n")), kInput, "no field");
 }
 
+/// Before version 1.0 mrcal had an underscore.
+TEST(CalibrationFile, ReadsMrcalsOldFiles) {
+  const Scratch scratch;
+  std::string text = read_file(golden("mrcal.cameramodel"));
+  const std::size_t at = text.find("'lensmodel'");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, 11, "'lens_model'");
+  const Rig rig = load_calibration(scratch.write("old.cameramodel", text));
+  expect_golden_camera(rig.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0.015625, 0, 0.25, 0.03125});
+  expect_golden_pose(rig.camera().rig_from_camera.inverse());
+}
+
 TEST(CalibrationFile, RefusesAChainWithAGap) {
   const Scratch scratch;
   std::string chain = read_file(golden("kalibr_camchain.yaml"));

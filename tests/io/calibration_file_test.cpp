@@ -146,6 +146,38 @@ TEST(CalibrationFile, ReadsKalibrsChainInMetres) {
   EXPECT_LT((cam2_from_rig * Vec3(1, 2, 3) - Vec3(-1.9, 0.4, 5.25)).norm(), 1e-12);
 }
 
+/// Scripts around cv2.calibrateCamera call it by many names; a lens that is read without its distortion is wrong
+/// everywhere.
+TEST(CalibrationFile, FindsTheDistortionUnderItsManyNames) {
+  const Scratch scratch;
+  const auto load = [&](const std::string& fields) {
+    const std::string k = R"({"camera_matrix": [[1401.125, 0, 633.25], [0, 1398.75, 501.5], [0, 0, 1]], )";
+    return load_calibration(scratch.write("c.json", k + fields + "}")).camera().camera;
+  };
+  for (const char* const name : {"dist_coeff", "dist_coefs", "dist_coef", "distortion", "distCoeffs",
+                                 "distortionCoefficients", "Dist"})
+    expect_golden_camera(
+        load("\"" + std::string(name) +
+             R"(": [[-0.2125, 0.0625, 0.00125, -0.0005, 0.015625]], "image_size": [1280, 960])"),
+        kTerms);
+  const std::string terms = R"("k1": -0.2125, "k2": 0.0625, "p1": 0.00125, "p2": -0.0005, "k3": 0.015625)";
+  expect_golden_camera(load(terms + R"(, "frame_w": 1280, "frame_h": 960)"), kTerms);
+  expect_golden_camera(
+      load("\"distortion\": {" + terms + R"(}, "resolution": {"width": 1280, "height": 960})"), kTerms);
+  expect_golden_camera(load(R"("k1": -0.2125, "k2": 0.0625, "k3": 0.00125, "k4": -0.0005, "size": [1280, 960],
+                                "distortion_model": "equidistant")"),
+                       {-0.2125, 0.0625, 0.00125, -0.0005});
+  EXPECT_ERROR(load(R"("k1": -0.2125, "k4": -0.0005, "size": [1280, 960])"), kInput,
+               "which lens its k1 to k4");
+  EXPECT_ERROR(load(R"("lens_distortion_terms": [-0.2125, 0.0625, 0, 0], "size": [1280, 960])"), kInput,
+               "lens_distortion_terms: procam does not know this name");
+  EXPECT_ERROR(load(R"("distortion_model": "plumb_bob", "size": [1280, 960])"), kInput,
+               "its coefficients are missing");
+  // What is no distortion is no hindrance.
+  EXPECT_TRUE(std::holds_alternative<NoDistortion>(
+      load(R"("distances_mm": [300, 500], "undistorted_matrix": [1, 2], "size": [1280, 960])").distortion));
+}
+
 TEST(CalibrationFile, ReadsProjectorCameraPrograms) {
   CalibrationContext context;
   context.projector_size = ImageSize{1024, 768};
@@ -429,6 +461,8 @@ TEST(CalibrationFile, NamesFileLineAndField) {
   EXPECT_ERROR(load(ros, "1401.125", ".nan"), kInput, "camera_matrix.data[0]");
   EXPECT_ERROR(load(ros, "1401.125, ", ""), kInput, "it has 8 numbers where its rows and columns make 9");
   EXPECT_ERROR(load(ros, "plumb_bob", "plum_bob"), kUnsupported, "did you mean 'plumb_bob'");
+  EXPECT_ERROR(load(ros, "cols: 5\n  data: [", "cols: 6\n  data: [0.25, "), kUnsupported,
+               "rational_polynomial has 8");
   EXPECT_ERROR(load(ros, "camera_matrix", "matrix"), kInput, "no calibration is recognised");
   EXPECT_ERROR(load(ros, "image_width", "width_of_image"), kInput, "size of the camera's image");
   EXPECT_ERROR(load(ros, "cols: 5", "cols: 500000000"), kInput, "no number of rows or columns");

@@ -20,37 +20,52 @@ namespace {
 
 using namespace calibration;
 
-const Names kMatrixNames{"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMat", "K", "k", "mtx"};
-const Names kDistortionNames{"distortion_coefficients",
-                             "Distortion_Coefficients",
-                             "distortion_coeffs",
-                             "dist_coeffs",
-                             "distCoeffs",
-                             "DistCoeff",
+/// As find_spelled() wants them.
+const Names kMatrixNames{"cameramatrix", "cameramat",        "cammatrix",       "k", "mtx", "intrinsics",
+                         "intrinsic",    "cameraintrinsics", "intrinsicsmatrix"};
+const Names kDistortionNames{"distortioncoefficients",
+                             "distortioncoeffs",
+                             "distortioncoeff",
+                             "distortioncoefs",
+                             "distortioncoef",
+                             "distcoefficients",
+                             "distcoeffs",
+                             "distcoeff",
+                             "distcoefs",
+                             "distcoef",
+                             "distortion",
                              "dist",
-                             "D",
                              "d"};
 
 bool is_camera(const Value& value) {
-  return find(value, kMatrixNames) || find(value, {"fx"});
+  return find_spelled(value, kMatrixNames) || find(value, {"fx"});
+}
+
+Intrinsics named_intrinsics(const Value& group) {
+  const auto number = [&](const char* name) { return require_number(group, {name}); };
+  const auto skew = find(group, {"skew"});
+  const Intrinsics k{number("fx"), number("fy"), number("cx"), number("cy"), skew ? skew->number() : 0};
+  check_focal_lengths(group, k);
+  return k;
 }
 
 /// One device: OpenCV's samples, ROS, plain K, D and size.
 Camera camera_of(const Value& value, const std::optional<ImageSize>& given, const char* device) {
   Camera camera;
-  if (const auto matrix = find(value, kMatrixNames)) {
+  const auto matrix = find_spelled(value, kMatrixNames);
+  if (!matrix)
+    camera.intrinsics = named_intrinsics(value);
+  else if (find(*matrix, {"fx"}))
+    camera.intrinsics = named_intrinsics(*matrix);
+  else
     camera.intrinsics = intrinsics_of(*matrix);
-  } else {
-    const auto number = [&](const char* name) { return require_number(value, {name}); };
-    const auto skew = find(value, {"skew"});
-    camera.intrinsics = {number("fx"), number("fy"), number("cx"), number("cy"), skew ? skew->number() : 0};
-    check_focal_lengths(value, camera.intrinsics);
-  }
   camera.size = required_size(size_of(value), given, value, device);
-  const auto fisheye = find(value, {"fisheye_model"});
-  camera.distortion = distortion_of(value, find(value, kDistortionNames),
-                                    find(value, {"distortion_model", "camera_model", "DistModel"}),
-                                    fisheye && fisheye->number() != 0);
+  auto coefficients = find_spelled(value, kDistortionNames);
+  if (!coefficients) refuse_unread_distortion(value);
+  if (!coefficients && find(value, {"k1"})) coefficients = value;
+  camera.distortion =
+      distortion_of(value, coefficients, find_spelled(value, {"distortionmodel", "cameramodel", "distmodel"}),
+                    is_set(find(value, {"fisheye_model", "is_fisheye"})));
   return camera;
 }
 
@@ -133,6 +148,8 @@ Rig read_pair(const PairNames& names, const Value& root, const Value& extrinsics
   const auto unit = find(root, {"metres_per_unit"});
   if (unit && !(unit->number() > 0)) unit->fail("it is not positive", kNextCalibration);
   const double metres_per_unit = unit ? unit->number() : context.metres_per_unit;
+  if (!find(root, {names.first_distortion}) || !find(root, {names.second_distortion}))
+    refuse_unread_distortion(root);
   const Camera camera{
       required_size(first_size ? first_size : size_of(root), context.camera_size, root, "camera"),
       intrinsics_of(require_member(root, {names.first_matrix})),

@@ -346,6 +346,24 @@ TEST(CalibrationFile, ReadsMrcalsOldFiles) {
   expect_golden_pose(rig.camera().rig_from_camera.inverse());
 }
 
+/// A rotation of no special axis, written with five decimals.
+TEST(CalibrationFile, ReadsRotationsThatWereRounded) {
+  const Scratch scratch;
+  std::string chain = read_file(golden("kalibr_camchain.yaml"));
+  const std::string from = "[0.0, -1.0, 0.0, 0.1]\n  - [1.0, 0.0, 0.0, -0.6]\n  - [0.0, 0.0, 1.0, 0.25]";
+  ASSERT_NE(chain.find(from), std::string::npos);
+  chain.replace(chain.find(from), from.size(),
+                "[0.97912, -0.16729, 0.11549, 0.1]\n  - [0.19952, 0.89968, -0.38829, -0.6]\n"
+                "  - [-0.03895, 0.40323, 0.91427, 0.25]");
+  const Pose cam1_from_rig =
+      load_calibration(scratch.write("c.yaml", chain)).camera("cam1").rig_from_camera.inverse();
+  const Vec3 by_hand(0.97912 + 2 * (-0.16729) + 3 * (0.11549) + 0.1,
+                     0.19952 + 2 * (0.89968) + 3 * (-0.38829) - 0.6,
+                     -0.03895 + 2 * (0.40323) + 3 * (0.91427) + 0.25);
+  constexpr double kRounding = 5e-5;  // five decimals, times the three coordinates
+  EXPECT_LT((cam1_from_rig * Vec3(1, 2, 3) - by_hand).norm(), kRounding);
+}
+
 TEST(CalibrationFile, RefusesAChainWithAGap) {
   const Scratch scratch;
   std::string chain = read_file(golden("kalibr_camchain.yaml"));

@@ -306,8 +306,7 @@ bool is_rotation(const Mat3& matrix) {
 Pose rigid_transform_of(const Value& matrix, const char* next) {
   const Mat4 transform = matrix_of(matrix, 4, 4);
   const Mat3 r = transform.topLeftCorner<3, 3>();
-  if ((r * r.transpose() - Mat3::Identity()).norm() > 1e-6 || r.determinant() < 0 ||
-      transform.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+  if (!is_rotation(r) || transform.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
     matrix.fail("it is not a rigid transform", next);
   return Pose(r, Vec3(transform.topRightCorner<3, 1>()));
 }

@@ -71,7 +71,7 @@ Camera camera_of(const Value& value, const std::optional<ImageSize>& given, cons
 
 Pose pose_of(const Value& rotation, const Value& translation, double metres_per_unit) {
   const Mat3 r = matrix_of(rotation, 3, 3);
-  if ((r * r.transpose() - Mat3::Identity()).norm() > 1e-6 || r.determinant() < 0)
+  if (!is_rotation(r))
     rotation.fail("it is not a rotation", "give R as stereoCalibrate returns it: x_2 = R x_1 + T");
   const std::vector<double> t = numbers_of(translation).values;
   if (t.size() != 3) translation.fail("it does not have 3 numbers", kNextCalibration);

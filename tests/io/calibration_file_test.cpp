@@ -146,6 +146,48 @@ TEST(CalibrationFile, ReadsKalibrsChainInMetres) {
   EXPECT_LT((cam2_from_rig * Vec3(1, 2, 3) - Vec3(-1.9, 0.4, 5.25)).norm(), 1e-12);
 }
 
+/// OpenVINS' chains have each camera's pose to the IMU alone, Kalibr's both.
+TEST(CalibrationFile, ReadsChainsThatGoByTheImu) {
+  const auto expect_chain = [](const std::filesystem::path& file) {
+    const Rig rig = load_calibration(file);
+    ASSERT_EQ(rig.cameras.size(), 2u);
+    expect_golden_camera(rig.camera("cam0").camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+    EXPECT_STREQ(name_of(rig.camera("cam1").camera.distortion), "fisheye");
+    expect_golden_pose(rig.camera("cam1").rig_from_camera.inverse());
+  };
+  expect_chain(golden("kalibr_openvins.yaml"));
+  const Scratch scratch;
+  std::string text = read_file(golden("kalibr_openvins.yaml"));
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  };
+  const std::string rows0 =
+                        "[0.0, 0.0, 1.0, 0.02]\n    - [1.0, 0.0, 0.0, -0.03]\n    - [0.0, 1.0, 0.0, 0.05]",
+                    rows1 =
+                        "[0.0, 0.0, 1.0, -0.23]\n    - [0.0, 1.0, 0.0, 0.57]\n    - [-1.0, 0.0, 0.0, 0.15]";
+  replace(rows0, "[0.0, 1.0, 0.0, 0.03]\n    - [0.0, 0.0, 1.0, -0.05]\n    - [1.0, 0.0, 0.0, -0.02]");
+  replace(rows1, "[0.0, 0.0, -1.0, 0.15]\n    - [0.0, 1.0, 0.0, -0.57]\n    - [1.0, 0.0, 0.0, 0.23]");
+  replace("T_imu_cam", "T_cam_imu");
+  replace("T_imu_cam", "T_cam_imu");
+  expect_chain(scratch.write("chain.yaml", text));
+  replace("T_cam_imu", "T_cam_body");
+  EXPECT_ERROR(load_calibration(scratch.write("chain.yaml", text)), kInput, "'T_cn_cnm1' is missing");
+}
+
+/// The rig is the body.
+TEST(CalibrationFile, ReadsASensorOfTheEurocLayout) {
+  const Rig rig = load_calibration(golden("euroc_sensor.yaml"));
+  expect_golden_camera(rig.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+  expect_golden_pose(rig.camera().rig_from_camera.inverse());
+  EXPECT_EQ(rig.provenance.tool, "EuRoC");
+  const Scratch scratch;
+  std::string omni = read_file(golden("euroc_sensor.yaml"));
+  omni.replace(omni.find("pinhole"), 7, "omni");
+  EXPECT_ERROR(load_calibration(scratch.write("s.yaml", omni)), kUnsupported, "no camera model 'omni'");
+}
+
 /// Scripts around cv2.calibrateCamera call it by many names; a lens that is read without its distortion is wrong
 /// everywhere.
 TEST(CalibrationFile, FindsTheDistortionUnderItsManyNames) {

@@ -186,10 +186,42 @@ void refuse_further_cameras(const Value& root, int after) {
   }
 }
 
+/// camera_model, intrinsics, distortion: a camera of Kalibr's chain, or of EuRoC's sensor.yaml.
+Camera kalibr_camera(const Value& value, const CalibrationContext& context) {
+  const Value model = require_member(value, {"camera_model"});
+  if (model.text() != "pinhole")
+    model.fail("procam has no camera model '" + model.text().substr(0, 40) + "'",
+               "calibrate with pinhole-radtan or pinhole-equi", ErrorKind::kUnsupported);
+  Camera camera;
+  camera.intrinsics = intrinsics_of(require_member(value, {"intrinsics"}));
+  camera.size = required_size(size_of(value), context.camera_size, value, "camera");
+  camera.distortion = distortion_of(value, find(value, {"distortion_coeffs", "distortion_coefficients"}),
+                                    find(value, {"distortion_model"}), false);
+  return camera;
+}
+
+/// cam1's pose to the IMU, which takes points of its frame to the camera's. OpenVINS writes the inverse.
+std::optional<Pose> camera_from_imu(const Value& camera) {
+  constexpr const char* kNext = "give it as Kalibr writes it";
+  if (const auto forward = find(camera, {"T_cam_imu"})) return rigid_transform_of(*forward, kNext);
+  if (const auto inverse = find(camera, {"T_imu_cam"})) return rigid_transform_of(*inverse, kNext).inverse();
+  return std::nullopt;
+}
+
+/// From the previous camera's frame to this one's, in metres; by the IMU where the chain's own step is missing.
+Pose step_of_chain(const Value& previous, const Value& camera) {
+  if (!find(camera, {"T_cn_cnm1"})) {
+    const std::optional<Pose> last = camera_from_imu(previous), here = camera_from_imu(camera);
+    if (last && here) return *here * last->inverse();
+  }
+  return rigid_transform_of(require_member(camera, {"T_cn_cnm1"}), "give it as Kalibr writes it");
+}
+
 /// cam0, cam1, ... of Kalibr.
 Rig read_kalibr(const Value& root, const CalibrationContext& context) {
   Rig rig;
   rig.provenance.tool = "Kalibr";
+  std::optional<Value> previous;
   for (int i = 0;; ++i) {
     const std::string name = "cam" + std::to_string(i);
     const auto found = find(root, {name.c_str()});
@@ -197,25 +229,26 @@ Rig read_kalibr(const Value& root, const CalibrationContext& context) {
       refuse_further_cameras(root, i);
       return rig;
     }
-    const Value model = require_member(*found, {"camera_model"});
-    if (model.text() != "pinhole")
-      model.fail("procam has no camera model '" + model.text().substr(0, 40) + "'",
-                 "calibrate with pinhole-radtan or pinhole-equi", ErrorKind::kUnsupported);
     RigCamera camera;
     camera.name = name;
-    camera.camera.intrinsics = intrinsics_of(require_member(*found, {"intrinsics"}));
-    camera.camera.size = required_size(size_of(*found), context.camera_size, *found, "camera");
-    camera.camera.distortion =
-        distortion_of(*found, find(*found, {"distortion_coeffs"}), find(*found, {"distortion_model"}), false);
-    if (i > 0) {
-      const Value step = require_member(*found, {"T_cn_cnm1"});
-      const Pose cn_from_cnm1 = rigid_transform_of(step, "give it as Kalibr writes it");
-      // Metres. The chain goes from each camera to the one before it.
-      camera.rig_from_camera = rig.cameras.back().rig_from_camera * cn_from_cnm1.inverse();
-    }
+    camera.camera = kalibr_camera(*found, context);
+    if (previous)  // the chain goes from each camera to the one before it
+      camera.rig_from_camera =
+          rig.cameras.back().rig_from_camera * step_of_chain(*previous, *found).inverse();
+    previous = found;
     rig.cameras.push_back(camera);
     if (i > 1000) found->fail("there are more than 1000 cameras", "check that this is the file you mean");
   }
+}
+
+/// sensor.yaml of the EuRoC layout (ASL): the rig is the body, to which T_BS takes points of the sensor's frame.
+Rig read_euroc_sensor(const Value& root, const CalibrationContext& context) {
+  Rig rig;
+  rig.provenance.tool = "EuRoC";
+  rig.cameras.push_back({"camera", kalibr_camera(root, context), Pose()});
+  if (const auto pose = find(root, {"T_BS"}))
+    rig.cameras.front().rig_from_camera = rigid_transform_of(*pose, "give it as the data set has it");
+  return rig;
 }
 
 /// Windows' editors put a mark before the text (UTF-8's byte order mark).
@@ -274,6 +307,8 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
     rig = read_pair(*pair, root, beside.line > 0 ? Value{&beside, &beside_file, ""} : root, context);
   } else if (find(root, {"cam0"})) {
     rig = read_kalibr(root, context);
+  } else if (find(root, {"camera_model"}) && find(root, {"intrinsics"})) {
+    rig = read_euroc_sensor(root, context);
   } else if (const auto camera = find(root, {"camera"}); camera && is_group(*camera)) {
     if (find(root, {"projector"}))
       rig = read_plain_pair(root, context);

@@ -333,6 +333,13 @@ TEST(CalibrationFile, NamedNumbersHaveTheMeaningOfTheirProgram) {
   EXPECT_ERROR(load("nerf_transforms.json", "OPENCV", "EQUIRECTANGULAR"), kUnsupported, "OPENCV_FISHEYE");
   EXPECT_STREQ(name_of(load("nerf_transforms.json", "OPENCV", "OPENCV_FISHEYE").distortion), "fisheye");
   EXPECT_ERROR(load("open3d_intrinsic.json", "0.0,", "633.25,"), kInput, "column by column");
+  const Camera ngp = load("nerf_transforms.json", "\"camera_model\": \"OPENCV\"", "\"is_fisheye\": true");
+  EXPECT_STREQ(name_of(ngp.distortion), "fisheye");
+  EXPECT_ERROR(load("nerf_transforms.json", "\"k1\"", "\"k4\": 0.25, \"k1\""), kUnsupported, "no such term");
+  const Camera rows = load("open3d_intrinsic.json", read_file(golden("open3d_intrinsic.json")),
+                           R"({"width": 1280, "height": 960,
+               "intrinsic_matrix": [[1401.125, 0, 633.25], [0, 1398.75, 501.5], [0, 0, 1]]})");
+  expect_golden_camera(rows, {});
   EXPECT_ERROR(load("realsense.json", "distortion.brown_conrady", "distortion.inverse_brown_conrady"),
                kUnsupported, "calibrate-camera");
   EXPECT_STREQ(name_of(load("realsense.json", "distortion.brown_conrady", "Brown Conrady").distortion),

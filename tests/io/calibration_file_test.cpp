@@ -472,8 +472,23 @@ TEST(CalibrationFile, ReadsCamerasOfScenes) {
   EXPECT_ERROR(load(scene, "\"camera\": 0", "\"camera\": 7"), kInput, "nothing of this number");
   EXPECT_ERROR(load(scene, "\"children\": [1]", "\"children\": [0, 1]"), kInput, "ring");
   EXPECT_ERROR(load(scene, "\"camera\": 0, ", ""), kInput, "no node of the scene has a camera");
-  EXPECT_ERROR(load(scene, "\"name\": \"head\",", "\"name\": \"head\", \"scale\": [2, 2, 2],"), kInput,
-               "no scale");
+  // Scale moves what is below a node; how the camera sees it does not change.
+  const Rig scaled = load(scene, "\"name\": \"head\",", "\"name\": \"head\", \"scale\": [2, 2, 2],");
+  EXPECT_LT((scaled.cameras[0].rig_from_camera * Vec3(0, 0, 2) - Vec3(-2, 2, 3)).norm(), 1e-12);
+  const Rig rounded = load(scene, "\"name\": \"eye\",", "\"name\": \"eye\", \"scale\": [1, 0.9999999, 1],");
+  EXPECT_LT((rounded.cameras[0].rig_from_camera * Vec3(0, 0, 2) - Vec3(-1.5, 2, 3)).norm(), 1e-12);
+  EXPECT_ERROR(load(scene, "\"name\": \"head\",", "\"name\": \"head\", \"scale\": [-2, 2, 2],"), kInput,
+               "shears or mirrors");
+  // An orthographic camera beside a perspective one is left out.
+  std::string two = scene;
+  two.replace(two.find("\"cameras\": ["), 12,
+              R"("cameras": [{"type": "orthographic", "orthographic": {}}, )");
+  two.replace(two.find("\"camera\": 0"), 11, "\"camera\": 1");
+  two.replace(two.find("\"translation\": [0, 0, -0.5]}"), 28,
+              R"("translation": [0, 0, -0.5]}, {"name": "plan", "camera": 0})");
+  const Rig left_out = load(two, "", "");
+  ASSERT_EQ(left_out.cameras.size(), 1u);
+  EXPECT_EQ(left_out.cameras[0].name, "eye");
   context.camera_size = std::nullopt;
   EXPECT_ERROR(load(scene, "", ""), kInput, "give --camera-size");
 }

@@ -130,6 +130,10 @@ TEST(CalibrationFile, ReadsRosCameraInfo) {
   const Rig message = load_calibration(golden("ros_camera_info_message.yaml"));
   expect_golden_camera(message.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005});
   EXPECT_STREQ(name_of(message.camera().camera.distortion), "fisheye");
+  const Scratch scratch;
+  EXPECT_ERROR(load_calibration(
+                   scratch.write("ost.txt", "# oST version 5.0 parameters\n\n\n[image]\n\nwidth\n1280\n")),
+               kUnsupported, "give ost.yaml");
 }
 
 TEST(CalibrationFile, ReadsKalibrsChainInMetres) {

@@ -275,6 +275,9 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
   if (path.filename() == "cameras.bin")
     throw Error(ErrorKind::kUnsupported, file, "COLMAP's binary files are not read",
                 "write text: colmap model_converter --output_type TXT");
+  if (bytes.rfind("# oST version", 0) == 0)
+    throw Error(ErrorKind::kUnsupported, file, "ROS' ost.txt is not read",
+                "give ost.yaml, which camera_calibration writes beside it");
   if (is_mrcal(bytes) || is_colmap(bytes)) {
     Rig rig = is_mrcal(bytes) ? read_mrcal(bytes, file) : read_colmap(bytes, file);
     rig.provenance.inputs = {{file, sha256(whole)}};

@@ -483,16 +483,16 @@ TEST(CalibrationFile, ReadsCamerasOfScenes) {
   EXPECT_LT((rounded.cameras[0].rig_from_camera * Vec3(0, 0, 2) - Vec3(-1.5, 2, 3)).norm(), 1e-12);
   EXPECT_ERROR(load(scene, "\"name\": \"head\",", "\"name\": \"head\", \"scale\": [-2, 2, 2],"), kInput,
                "shears or mirrors");
-  // An orthographic camera beside a perspective one is left out.
+  // An orthographic camera beside a perspective one is skipped.
   std::string two = scene;
   two.replace(two.find("\"cameras\": ["), 12,
               R"("cameras": [{"type": "orthographic", "orthographic": {}}, )");
   two.replace(two.find("\"camera\": 0"), 11, "\"camera\": 1");
   two.replace(two.find("\"translation\": [0, 0, -0.5]}"), 28,
               R"("translation": [0, 0, -0.5]}, {"name": "plan", "camera": 0})");
-  const Rig left_out = load(two, "", "");
-  ASSERT_EQ(left_out.cameras.size(), 1u);
-  EXPECT_EQ(left_out.cameras[0].name, "eye");
+  const Rig one_of_two = load(two, "", "");
+  ASSERT_EQ(one_of_two.cameras.size(), 1u);
+  EXPECT_EQ(one_of_two.cameras[0].name, "eye");
   context.camera_size = std::nullopt;
   EXPECT_ERROR(load(scene, "", ""), kInput, "give --camera-size");
 }

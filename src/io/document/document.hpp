@@ -38,7 +38,7 @@ struct Node {
 /// `file` is how errors call the document. Throws Error(kInput) with line and column.
 Node parse_json(std::string_view bytes, const std::string& file);
 /// Of <pose frame="">0 0 1</pose>, an element with attributes and a text: other programs mean the text.
-enum class AttributesBesideText { kRefused, kLeftOut };
+enum class AttributesBesideText { kRefused, kSkipped };
 /// The root element's name becomes the member "format", its attributes and children the further members.
 Node parse_xml(std::string_view bytes, const std::string& file,
                AttributesBesideText attributes = AttributesBesideText::kRefused);

@@ -111,7 +111,7 @@ class Reader {
       Node& member = add_child(node, child.name(), line_of(child));
       const bool has_elements =
           bool(child.find_child([](const pugi::xml_node& n) { return n.type() == pugi::node_element; }));
-      const bool is_text = attributes_ == AttributesBesideText::kLeftOut && has_text(child);
+      const bool is_text = attributes_ == AttributesBesideText::kSkipped && has_text(child);
       const bool has_members = has_elements || (child.first_attribute() && !is_text);
       if (has_members) {
         member.kind = Node::Kind::kElement;

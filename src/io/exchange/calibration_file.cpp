@@ -262,7 +262,7 @@ Node parse_any(const std::string& bytes, const std::string& file) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   const char begin = first == std::string_view::npos ? '\0' : text[first];
   if (begin == '{') return parse_json(bytes, file);
-  if (begin == '<') return parse_xml(bytes, file, AttributesBesideText::kLeftOut);
+  if (begin == '<') return parse_xml(bytes, file, AttributesBesideText::kSkipped);
   return parse_yaml(bytes, file);
 }
 

@@ -109,7 +109,7 @@ Rig read_gltf(const Value& root, const CalibrationContext& context) {
     if (!number) continue;
     const Value& lens = cameras[index_in(*number, cameras.size())];
     const Value type = require_member(lens, {"type"}, kNextScene);
-    if (type.text() != "perspective") {  // beside perspective cameras it is left out
+    if (type.text() != "perspective") {  // beside perspective cameras it is skipped
       other_type = type;
       continue;
     }

@@ -577,7 +577,8 @@ TEST(CalibrationFile, SurvivesDamage) {
   for (const char* const name :
        {"opencv_camera.yml", "opencv_tutorial.xml", "ros_camera_info.yaml", "kalibr_camchain.yaml",
         "plain.json", "procamcalib.yml", "orb_slam3.yaml", "camodocal_vins.yaml", "nerf_transforms.json",
-        "open3d_intrinsic.json", "metashape.xml", "realsense.json", "gazebo.sdf", "scene.gltf"}) {
+        "open3d_intrinsic.json", "metashape.xml", "realsense.json", "gazebo.sdf", "scene.gltf",
+        "kalibr_openvins.yaml", "euroc_sensor.yaml"}) {
     const std::string whole = read_file(golden(name));
     for (int trial = 0; trial < 400; ++trial) {
       std::string damaged = whole;

@@ -49,7 +49,8 @@ Mat4 node_transform(const Value& node) {
 Pose pose_without_scale(const Mat4& transform, const Value& node) {
   Mat3 axes = transform.topLeftCorner<3, 3>();
   for (int axis = 0; axis < 3; ++axis) axes.col(axis).normalize();
-  if (!axes.allFinite() || !is_rotation(axes) || transform.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+  if (!transform.allFinite() || !axes.allFinite() || !is_rotation(axes) ||
+      transform.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
     node.fail("its transform shears or mirrors the camera, or is none",
               "remove the scale of the camera's node and its parents");
   return Pose(axes, Vec3(transform.topRightCorner<3, 1>()));

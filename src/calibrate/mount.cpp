@@ -135,6 +135,23 @@ MatX joint_covariance(const Model& model, const MountInformation& information) {
   return 0.5 * (covariance + covariance.transpose());
 }
 
+/// How often and where a plane was seen.
+void add_sightings(MountPlane& plane, const Model& model, int number, const Linear& linear) {
+  const Pose world_from_path = pose_of(model.frames[0].pose.data()),
+             plane_from_world = plane.world_from_plane.inverse();
+  for (std::size_t i = 0; i < model.marker_of.size(); ++i) {
+    if (model.marker_of[i] != number || linear.sighting_row[i] < 0) continue;
+    const MarkerSighting& seen = model.data->sightings[i];
+    const Pose mount = pose_of(model.mounts[model.epoch(model.mounts, seen.time)].pose.data());
+    const Vec3 origin = seen.marker_from_rig.pose.inverse().translation;
+    const Vec2 at =
+        (plane_from_world * (world_from_path * (model.path(seen.time) * (mount * origin)))).head<2>();
+    plane.low = plane.sightings == 0 ? at : Vec2(plane.low.cwiseMin(at));
+    plane.high = plane.sightings == 0 ? at : Vec2(plane.high.cwiseMax(at));
+    ++plane.sightings;
+  }
+}
+
 MountResult result_of(const Model& model, const Equations& equations) {
   const MountOptions& options = *model.options;
   const MountInformation information = mount_information(equations, options.estimate_time_offset);
@@ -168,7 +185,9 @@ MountResult result_of(const Model& model, const Equations& equations) {
     if (information.marker_covariance[m].size() == 0) continue;
     const Pose pose = world_from_plane * pose_of(model.markers[m].data());
     if (model.is_plane[m]) {
-      result.planes.push_back({model.marker_names[m], pose, information.marker_covariance[m]});
+      MountPlane plane{model.marker_names[m], pose, information.marker_covariance[m]};
+      add_sightings(plane, model, int(m), equations.linear);
+      result.planes.push_back(plane);
       continue;
     }
     const Mat6 to_left = adjoint(pose);

@@ -122,7 +122,11 @@ void bind_mount_result(py::module_& m) {
   mount_plane.fields_init()
       .field("name", &calibrate::MountPlane::name, "")
       .field("world_from_plane", &calibrate::MountPlane::world_from_plane, "")
-      .field("covariance", &calibrate::MountPlane::covariance, "of the tilt about its own x and y, and of z");
+      .field("covariance", &calibrate::MountPlane::covariance, "of the tilt about its own x and y, and of z")
+      .field("sightings", &calibrate::MountPlane::sightings, "used")
+      .field("low", &calibrate::MountPlane::low,
+             "where it was seen: least x and y of the origins of its sightings, in its frame")
+      .field("high", &calibrate::MountPlane::high, "the largest x and y");
   Record<calibrate::MountResult> mount_result(
       m, "MountResult",
       "The rig's pose on its base, with covariance, and what the drive does not\n"

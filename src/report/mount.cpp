@@ -98,6 +98,7 @@ static void fields(Fields& f, const MountPlane& plane) {
   f.field("translation", Vec3(plane.world_from_plane.translation));
   f.field("normal", plane.world_from_plane.rotate(Vec3::UnitZ()));
   f.field("tilt_and_distance_sigma", Vec3(plane.covariance.diagonal().cwiseMax(0).cwiseSqrt()));
+  f.field("sightings", plane.sightings);
 }
 
 static void fields(Fields& f, const MountEvent& event) {
@@ -281,13 +282,19 @@ bool is_upright(const MountPlane& plane) {
   return std::abs(plane.world_from_plane.rotate(Vec3::UnitZ()).z()) < 0.5;
 }
 
-/// Of a wall the point nearest to the middle of the drive.
-Vec3 nearest_of(const MountPlane& plane, const MountData& data) {
-  Vec3 middle = Vec3::Zero();
-  for (const BasePose& pose : data.base)
-    middle += pose.world_from_base.translation / double(data.base.size());
+/// Where a wall was seen: from and to, from above.
+std::pair<Vec2, Vec2> ends_of(const MountPlane& plane) {
+  constexpr double kMargin = 0.4;  // m: its sightings have their origins in the middle of what is seen
   const Vec3 normal = plane.world_from_plane.rotate(Vec3::UnitZ());
-  return middle - normal.dot(middle - plane.world_from_plane.translation) * normal;
+  const Vec2 along = Vec2(-normal.y(), normal.x()).normalized(),
+             origin = plane.world_from_plane.translation.head<2>();
+  double least = 1e300, most = -1e300;
+  for (const double x : {plane.low.x(), plane.high.x()})
+    for (const double y : {plane.low.y(), plane.high.y()}) {
+      const double at = along.dot((plane.world_from_plane * Vec3(x, y, 0)).head<2>() - origin);
+      least = std::min(least, at), most = std::max(most, at);
+    }
+  return {origin + (least - kMargin) * along, origin + (most + kMargin) * along};
 }
 
 Above frame_around(const MountResult& result, const MountData& data) {
@@ -299,7 +306,10 @@ Above frame_around(const MountResult& result, const MountData& data) {
   for (const BasePose& pose : shown_poses(result, data)) include(pose.world_from_base.translation);
   for (const MountMarker& marker : result.markers) include(marker.world_from_marker.pose.translation);
   for (const MountPlane& plane : result.planes)
-    if (is_upright(plane)) include(nearest_of(plane, data));
+    if (is_upright(plane)) {
+      const auto [from, to] = ends_of(plane);
+      for (const Vec2& end : {from, to}) include({end.x(), end.y(), 0});
+    }
   const double extent = std::max(0.5, (above.high - above.low).maxCoeff());
   const Vec2 middle = 0.5 * (above.low + above.high);
   above.low = middle - Vec2::Constant(0.53 * extent);
@@ -342,15 +352,20 @@ std::string drive_from_above(const MountResult& result, const MountData& data) {
     drawing += marks.path("stroke=\"#1b7f3b\" stroke-width=\"3\" fill=\"none\"");
     drawing += label(above.at(at) + Vec2(6, -6), kText, marker.name);
   }
+  std::size_t most = 0;
+  for (const MountPlane& plane : result.planes)
+    if (is_upright(plane)) most = std::max(most, plane.sightings);
   for (const MountPlane& plane : result.planes) {
     if (!is_upright(plane)) continue;
-    const Vec2 at = nearest_of(plane, data).head<2>();
-    const Vec3 normal = plane.world_from_plane.rotate(Vec3::UnitZ());
-    const Vec2 along = 0.18 * (above.high.x() - above.low.x()) * Vec2(-normal.y(), normal.x()).normalized();
+    const auto [from, to] = ends_of(plane);
     Marks wall;
-    wall.line(above.at(at - along), above.at(at + along));
-    drawing += wall.path("stroke=\"#1b7f3b\" stroke-width=\"3\" fill=\"none\"");
-    drawing += label(above.at(at) + Vec2(6, -6 - 16 * normal.y()), kText, plane.name);  // into the room
+    wall.line(above.at(from), above.at(to));
+    const bool is_large = 4 * plane.sightings > most;  // the names of the others would cover them
+    drawing += wall.path(format("stroke=\"#1b7f3b\" stroke-width=\"%d\" fill=\"none\"", is_large ? 3 : 2));
+    const Vec3 normal = plane.world_from_plane.rotate(Vec3::UnitZ());
+    if (is_large)
+      drawing += label(above.at(0.5 * (from + to)) + Vec2(6, -6 - 16 * normal.y()), kText,
+                       plane.name);  // into the room
   }
   for (const MountEvent& event : result.events) {
     const auto after = std::lower_bound(result.path.begin(), result.path.end(), event.time,

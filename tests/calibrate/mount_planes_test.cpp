@@ -56,6 +56,7 @@ TEST(MountFromPlanes, NeedsNoMarkersAndNoMeasuredHeight) {
   EXPECT_TRUE(result.markers.empty());
   EXPECT_NEAR(result.plane_factor, 1, 0.1);
   ASSERT_EQ(result.planes.size(), 4u) << "floor and three walls";
+  std::size_t seen = 0;
   for (const MountPlane& found : result.planes) {
     const Pose& truth =
         made.sightings.planes[found.name == "plane_floor" ? 0 : std::size_t(found.name.back() - '0')];
@@ -64,7 +65,10 @@ TEST(MountFromPlanes, NeedsNoMarkersAndNoMeasuredHeight) {
         << found.name;
     EXPECT_NEAR(normal.dot(found.world_from_plane.translation - truth.translation), 0, 0.02) << found.name;
     EXPECT_GT(found.covariance.diagonal().minCoeff(), 0) << found.name;
+    EXPECT_GT((found.high - found.low).norm(), 0.3) << "seen over some length, " << found.name;
+    seen += found.sightings;
   }
+  EXPECT_EQ(seen, result.sightings_used);
 }
 
 TEST(MountFromPlanes, FindsClocksThatAreFarApart) {

@@ -94,6 +94,9 @@ struct MountPlane {
   std::string name;
   Pose world_from_plane;
   Mat3 covariance = Mat3::Zero();
+  std::size_t sightings = 0;  ///< used
+  /// Where it was seen: range of the origins of its sightings, x and y in its frame, metres.
+  Vec2 low = Vec2::Zero(), high = Vec2::Zero();
 };
 
 enum class BaseMotion {

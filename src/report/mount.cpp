@@ -352,18 +352,16 @@ std::string drive_from_above(const MountResult& result, const MountData& data) {
     drawing += marks.path("stroke=\"#1b7f3b\" stroke-width=\"3\" fill=\"none\"");
     drawing += label(above.at(at) + Vec2(6, -6), kText, marker.name);
   }
-  std::size_t most = 0;
-  for (const MountPlane& plane : result.planes)
-    if (is_upright(plane)) most = std::max(most, plane.sightings);
+  constexpr std::ptrdiff_t kMaxNames = 6;  // more would cover each other
+  const bool with_names = std::count_if(result.planes.begin(), result.planes.end(), is_upright) <= kMaxNames;
   for (const MountPlane& plane : result.planes) {
     if (!is_upright(plane)) continue;
     const auto [from, to] = ends_of(plane);
     Marks wall;
     wall.line(above.at(from), above.at(to));
-    const bool is_large = 4 * plane.sightings > most;  // the names of the others would cover them
-    drawing += wall.path(format("stroke=\"#1b7f3b\" stroke-width=\"%d\" fill=\"none\"", is_large ? 3 : 2));
+    drawing += wall.path("stroke=\"#1b7f3b\" stroke-width=\"3\" fill=\"none\"");
     const Vec3 normal = plane.world_from_plane.rotate(Vec3::UnitZ());
-    if (is_large)
+    if (with_names)
       drawing += label(above.at(0.5 * (from + to)) + Vec2(6, -6 - 16 * normal.y()), kText,
                        plane.name);  // into the room
   }

@@ -92,7 +92,7 @@ TEST(MountRoute, FindsTheRigByDepthImages) {
   ASSERT_EQ(
       run_tool(
           "simulate-robot",
-          "--path walk --duration 40s --noise 10mm,0.5deg --seed 4 --clock-offset 80ms --see planes -o " +
+          "--path walk --duration 30s --noise 10mm,0.5deg --seed 4 --clock-offset 80ms --see planes -o " +
               file("base.log") + " --sightings " + file("sightings.log") + " --save-mount " +
               file("true.json") + " --save-depth " + file("depth"))
           .exit_code,

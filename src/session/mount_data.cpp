@@ -1,7 +1,7 @@
 #include "procam/session/mount_data.hpp"
 
 #include <algorithm>
-#include <charconv>
+#include <cmath>
 #include <fstream>
 
 #include "procam/core/base/stats.hpp"
@@ -13,6 +13,7 @@
 #include "procam/track/locate.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/trajectory_file.hpp"
+#include "timed_images.hpp"
 
 namespace procam::session {
 namespace {
@@ -191,33 +192,6 @@ void read_sightings(const MountFiles& files, MountRecording& recording) {
   }
 }
 
-/// Of a name such as 12.35 or 1403636579763555584.
-std::optional<double> time_of(const fs::path& file) {
-  const std::string name = file.stem().string();
-  double time = 0;
-  const auto [end, failed] = std::from_chars(name.data(), name.data() + name.size(), time);
-  if (failed != std::errc() || end != name.data() + name.size() || !std::isfinite(time)) return std::nullopt;
-  constexpr double kNanoseconds = 1e14;
-  return std::abs(time) > kNanoseconds ? 1e-9 * time : time;
-}
-
-std::vector<std::pair<double, fs::path>> timed_images(const fs::path& folder) {
-  if (!fs::is_directory(folder))
-    throw Error(ErrorKind::kIo, folder.string(), "it is no folder", "give a folder of images");
-  std::vector<std::pair<double, fs::path>> images;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    const std::string extension = entry.path().extension().string();
-    if (extension != ".png" && extension != ".jpg" && extension != ".jpeg" && extension != ".pgm") continue;
-    const auto time = time_of(entry.path());
-    if (!time)
-      throw Error(ErrorKind::kInput, entry.path().string(), "its name is no time",
-                  "name the images after their times: seconds (12.35.png) or nanoseconds");
-    images.emplace_back(*time, entry.path());
-  }
-  std::sort(images.begin(), images.end());
-  return images;
-}
-
 /// nullopt if the marker's pose is not certain.
 std::optional<PoseWithCovariance> marker_from_rig(const SeenMarker& seen, ImageSize size,
                                                   const RigCamera& camera, const SightingImages& images) {
@@ -253,7 +227,7 @@ std::vector<MarkerSighting> sightings_in_images(const SightingImages& images, co
   require(images.size > 0, "sightings_in_images: the marker's size is not positive");
   const MarkerCells cells = detect::marker_cells(images.dictionary);
   std::vector<MarkerSighting> sightings;
-  const auto files = timed_images(images.folder);
+  const std::vector<TimedImage> files = timed_images(images.folder);
   for (const auto& [time, file] : files) {
     const ImageU8 grey = io::green_channel(io::load_image(file).image);
     if (grey.size() != camera.camera.size)

@@ -190,9 +190,9 @@ TEST(SightPlane, InACornerTheLargerPlaneRemains) {
   const PlaneSighting seen = sight(points);
   EXPECT_EQ(seen.used + int(seen.rejected.size()), 63);
   EXPECT_GE(seen.used, 41);
-  const Vec3 error = error_of(seen, first);
   // Chi-square of 3: 21.1 but for 1 in 10 000.
-  EXPECT_LT(error.dot(counting(seen.plane_from_rig.covariance).ldlt().solve(error)), 21.1);
+  const Vec3 off = error_of(seen, first);
+  EXPECT_LT(off.dot(counting(seen.plane_from_rig.covariance).ldlt().solve(off)), 21.1);
   for (const std::size_t i : seen.rejected) EXPECT_GE(i % 9, 6u) << i;
   // Of 63 points 35 are 56 %.
   EXPECT_ERROR(sight(points_in_corner(5, first, second)), kDegenerate, "corner");

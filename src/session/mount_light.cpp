@@ -1,0 +1,122 @@
+#include "procam/session/mount_light.hpp"
+
+#include <algorithm>
+#include <map>
+#include <variant>
+
+#include "board_patterns.hpp"
+#include "procam/core/base/words.hpp"
+#include "procam/detect/detect_board.hpp"
+#include "procam/detect/shown_board.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/pattern/projected_board.hpp"
+#include "timed_images.hpp"
+
+namespace procam::session {
+namespace {
+
+/// Edges of light are made of pixels, as in detect_projected_board().
+constexpr double kRasterSigmaPx = 0.005;
+
+pattern::ProjectedBoard still_board(const std::string& pattern, ImageSize projector_size) {
+  pattern::ProjectedBoard board = projected_board_of(pattern, projector_size);
+  if (board.colour)
+    throw Error(ErrorKind::kInput, "pattern '" + pattern + "'", "its frame is in colour",
+                "show its board frame without colour, e.g. markers");
+  return board;
+}
+
+/// The points of the board in an image of it alone.
+std::vector<LightPoint> points_in(const ImageU8& grey, const pattern::ProjectedBoard& board,
+                                  Diagnostics& remarks) {
+  Detections found = detect::detect_board(grey, board.layout);
+  if (board.upright) detect::number_upright(found, std::get<Chessboard>(board.layout));
+  remarks = found.diagnostics;
+  const Points2 pixels = pattern::point_pixels(board);
+  std::vector<LightPoint> points;
+  for (const Observation& seen : found.observations) {
+    LightPoint point;
+    point.projector_pixel = pixels[std::size_t(seen.point)];
+    point.camera_pixel = seen.pixel;
+    point.camera_covariance = seen.covariance + kRasterSigmaPx * kRasterSigmaPx * Mat2::Identity();
+    point.point = seen.point;
+    points.push_back(point);
+  }
+  return points;
+}
+
+/// Why images are skipped, and how often.
+class Causes {
+ public:
+  void add(const std::string& cause) { ++counts_[cause]; }
+  std::string most_frequent() const {
+    const auto at = std::max_element(counts_.begin(), counts_.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+    return at == counts_.end() ? "" : at->first;
+  }
+
+ private:
+  std::map<std::string, int> counts_;
+};
+
+std::string skipped(const PlanesInLight& result) {
+  std::vector<std::string> parts;
+  if (result.without_board > 0)
+    parts.push_back(std::to_string(result.without_board) + " show too little of the board");
+  if (result.without_plane > 0)
+    parts.push_back(std::to_string(result.without_plane) + " do not show one plane");
+  return and_list(parts);
+}
+
+}  // namespace
+
+PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera,
+                              const RigProjector& projector) {
+  require(images.min_points >= 4, "planes_in_light: min_points is below 4");
+  const pattern::ProjectedBoard board = still_board(images.pattern, projector.projector.size());
+  PlanesInLight result;
+  Causes causes;
+  for (const auto& [time, file] : timed_images(images.folder)) {
+    ++result.images;
+    const ImageU8 grey = io::green_channel(io::load_image(file).image);
+    if (grey.size() != camera.camera.size)
+      throw Error(ErrorKind::kInput, file.string(), "it is not of the size of the rig's camera",
+                  "use images of that camera in the mode in which it was calibrated");
+    Diagnostics remarks;
+    const std::vector<LightPoint> points = points_in(grey, board, remarks);
+    if (int(points.size()) < images.min_points) {
+      ++result.without_board;
+      causes.add(points.empty() && !remarks.items.empty() ? remarks.items.front().message
+                                                          : "few of the board's points are found");
+      continue;
+    }
+    try {
+      const track::PlaneSighting seen = track::sight_plane(points, camera, projector, images.plane);
+      result.sightings.push_back({time, "", seen.plane_from_rig, true});
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::kDegenerate && error.kind() != ErrorKind::kNotEnoughData) throw;
+      ++result.without_plane;
+      causes.add(error.why() + "; " + error.next());
+    }
+  }
+  const std::string counts = skipped(result);
+  if (result.sightings.empty())
+    throw Error(
+        ErrorKind::kNotEnoughData, images.folder.string(),
+        counted(std::size_t(result.images), "image") + " without a plane in the light of " + images.pattern +
+            (counts.empty() ? "" : ": " + counts) +
+            (counts.empty() ? "" : " (mostly: " + causes.most_frequent() + ")"),
+        "show the board frame of the pattern all the time, sharp and bright, on a blank wall or on the floor "
+        "1 to 3 m away, and let the camera see it");
+  if (!counts.empty())
+    result.diagnostics.note("images_skipped", images.folder.string() + ": of " +
+                                                  counted(std::size_t(result.images), "image") + " " +
+                                                  counts + " (mostly: " + causes.most_frequent() + ")");
+  return result;
+}
+
+ImageU8 still_frame(const std::string& pattern, ImageSize projector_size) {
+  return pattern::frames(still_board(pattern, projector_size))[1];
+}
+
+}  // namespace procam::session

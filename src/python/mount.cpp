@@ -6,6 +6,7 @@
 
 #include "procam/report/mount.hpp"
 #include "procam/session/mount_data.hpp"
+#include "procam/session/mount_light.hpp"
 #include "procam/simulate/mount_motion.hpp"
 
 namespace procam::python {
@@ -305,6 +306,31 @@ void bind_recordings(py::module_& m) {
            "Markers in images that are named after their times.", py::arg("images"), py::arg("camera"));
 }
 
+void bind_light(py::module_& m) {
+  Record<session::LightImages> light_images(
+      m, "LightImages", "A folder of images of the rig's own projection, each called after its time.");
+  Record<session::PlanesInLight> planes_in_light(m, "PlanesInLight", "The planes that such images show.");
+  light_images.fields_init()
+      .field("folder", &session::LightImages::folder, "")
+      .field("pattern", &session::LightImages::pattern,
+             "chessboard, charuco, markers or circles, as for make_pattern(); no colour")
+      .field("min_points", &session::LightImages::min_points, "of the board, 4 at least")
+      .field("plane", &session::LightImages::plane, "");
+  planes_in_light.fields_init()
+      .field("sightings", &session::PlanesInLight::sightings, "by time; is_plane, without a name")
+      .field("images", &session::PlanesInLight::images, "")
+      .field("without_board", &session::PlanesInLight::without_board, "fewer than min_points were found")
+      .field("without_plane", &session::PlanesInLight::without_plane,
+             "the light falls on two planes, or the view does not determine one")
+      .field("diagnostics", &session::PlanesInLight::diagnostics, "");
+  function(m, "planes_in_light", &session::planes_in_light,
+           "Walls and floor by the rig's own light, in images that are named after their times.",
+           py::arg("images"), py::arg("camera"), py::arg("projector"));
+  function(m, "still_frame", &session::still_frame,
+           "The frame of a projected board to show meanwhile, one channel.", py::arg("pattern"),
+           py::arg("projector_size"));
+}
+
 }  // namespace
 
 void bind_mount(py::module_& package) {
@@ -315,6 +341,7 @@ void bind_mount(py::module_& package) {
   bind_mount_result(calibrate);
   bind_drives(simulate);
   bind_recordings(session);
+  bind_light(session);
   function(calibrate, "parse_base_motion", &calibrate::parse_base_motion, "\"auto\", \"planar\", \"full\".",
            py::arg("text"));
   function(calibrate, "calibrate_mount", &calibrate::calibrate_mount,

@@ -309,7 +309,8 @@ double variance_factor(const Problem& problem, const Plane& plane, std::size_t c
          "point the rig at one flat wall or at the floor, and not into a corner");
 }
 
-/// Do the unknowns differ in their effect? A pivot over its diagonal entry is the share that the unknowns before it do not explain.
+/// Do the unknowns differ in their effect? A pivot over its diagonal entry is the share that the unknowns before it do not
+/// explain.
 bool determines_plane(const Mat3& information) {
   constexpr double kMinShare = 1e-12;
   const Cholesky factor(information);

@@ -6,9 +6,9 @@
 ///   images.pattern = "markers";      // the projector shows its board frame all the time
 ///   const session::PlanesInLight seen = session::planes_in_light(images, rig.camera(), rig.projector());
 ///
-/// The robot moves, so that each image counts alone: there is no image under flat light of the same pose. The board's points are found in
-/// the image as it is (detect::detect_board), so that prints, posters and edges within the light are errors; blank walls and
-/// a floor without a pattern are best. markers and charuco: any part of the board is enough. A chessboard must be seen as a whole.
+/// The robot moves, so that each image counts alone: there is none under flat light of the same pose. The board's points are
+/// found in the image as it is (detect::detect_board). Prints and edges within the light disturb them; blank walls and a floor
+/// without a pattern are best. Of markers and charuco any part is enough; chessboards and circles must be seen as a whole.
 ///
 /// The plane is that of track::sight_plane(). Which sightings are of one plane is for calibrate_mount() to find: the names
 /// are empty.
@@ -41,8 +41,8 @@ struct PlanesInLight {
   Diagnostics diagnostics;  ///< "images_skipped" with the counts and the most frequent cause
 };
 
-/// Throws Error kIo (folder, file), kInput (a name that is no time, an image of another size than the camera's, a pattern that is no projected board or is in
-/// colour), kNotEnoughData (no plane in any image).
+/// Throws Error kIo (folder, file), kInput (a name that is no time, an image of another size than the camera's, a pattern that
+/// is no projected board or is in colour), kNotEnoughData (no plane in any image).
 PROCAM_EXPORT PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera,
                                             const RigProjector& projector);
 

@@ -31,13 +31,13 @@ struct Usable {
   Vec3 triangulated;
 };
 
-struct Problem {
+struct LitPoints {
   const Camera* camera = nullptr;
   Pose camera_from_rig;
   std::vector<Usable> points;
 };
 
-[[noreturn]] void refuse(const std::string& why, const std::string& next) {
+[[noreturn]] void refuse_plane(const std::string& why, const std::string& next) {
   throw Error(ErrorKind::kDegenerate, "plane in the projector's light", why, next);
 }
 
@@ -47,10 +47,10 @@ Mat2 whitening(const Mat2& covariance) {
   return cholesky_lower(covariance).inverse();
 }
 
-Problem problem_of(const std::vector<LightPoint>& points, const RigCamera& camera,
-                   const RigProjector& projector) {
+LitPoints lit_points_of(const std::vector<LightPoint>& points, const RigCamera& camera,
+                        const RigProjector& projector) {
   const TriangulationOptions triangulation;
-  Problem problem{&camera.camera, camera.rig_from_camera.inverse(), {}};
+  LitPoints problem{&camera.camera, camera.rig_from_camera.inverse(), {}};
   std::size_t parallel = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const LightPoint& point = points[i];
@@ -72,8 +72,9 @@ Problem problem_of(const std::vector<LightPoint>& points, const RigCamera& camer
                               std::sqrt(0.5 * point.camera_covariance.trace()), met->point});
   }
   if (2 * parallel > points.size())
-    refuse("the rays of camera and projector are parallel: they have no baseline, or the plane is too far",
-           "move closer to the plane; the baseline should be a tenth of the distance or more");
+    refuse_plane(
+        "the rays of camera and projector are parallel: they have no baseline, or the plane is too far",
+        "move closer to the plane; the baseline should be a tenth of the distance or more");
   if (problem.points.size() < kMinPoints)
     throw Error(ErrorKind::kNotEnoughData, "plane in the projector's light",
                 counted(problem.points.size(), "point") + " of " + std::to_string(points.size()) +
@@ -82,35 +83,35 @@ Problem problem_of(const std::vector<LightPoint>& points, const RigCamera& camer
   return problem;
 }
 
-struct Prediction {
+struct LitPixel {
   Vec3 point;  ///< in the rig's frame
   Vec2 pixel;
   double cosine = 0;  ///< of the ray's direction and the plane's normal, signed
 };
 
-std::optional<Prediction> predict(const Problem& problem, const Usable& point, const Plane& plane) {
+std::optional<LitPixel> predict(const LitPoints& problem, const Usable& point, const Plane& plane) {
   const auto met = intersect(point.light, plane);
   if (!met) return std::nullopt;
   const auto pixel = problem.camera->project(problem.camera_from_rig * *met);
   if (!pixel) return std::nullopt;
-  return Prediction{*met, *pixel, plane.normal.dot(point.light.direction)};
+  return LitPixel{*met, *pixel, plane.normal.dot(point.light.direction)};
 }
 
 /// The squared residual, in units of its covariance.
-double squared_residual(const Problem& problem, const Usable& point, const Plane& plane) {
+double squared_residual(const LitPoints& problem, const Usable& point, const Plane& plane) {
   const auto predicted = predict(problem, point, plane);
   return predicted ? (point.whiten * (point.camera_pixel - predicted->pixel)).squaredNorm() : kInfinity;
 }
-std::vector<double> squared_residuals(const Problem& problem, const Plane& plane) {
+std::vector<double> squared_residuals(const LitPoints& problem, const Plane& plane) {
   std::vector<double> squares;
   for (const Usable& point : problem.points) squares.push_back(squared_residual(problem, point, plane));
   return squares;
 }
 
-using Subset = std::vector<std::size_t>;  ///< indices into Problem::points
+using Subset = std::vector<std::size_t>;  ///< indices into LitPoints::points
 
 /// z along the plane's normal, towards the camera, the origin in the middle of the points.
-Pose rig_from_frame(const Problem& problem, const Plane& plane, const Subset& subset) {
+Pose rig_from_frame(const LitPoints& problem, const Plane& plane, const Subset& subset) {
   const Pose rig_from_camera = problem.camera_from_rig.inverse();
   const Vec3 z = plane.signed_distance(rig_from_camera.translation) < 0 ? Vec3(-plane.normal) : plane.normal;
   Vec3 middle = Vec3::Zero();
@@ -128,7 +129,7 @@ Pose rig_from_frame(const Problem& problem, const Plane& plane, const Subset& su
 }
 
 /// Normal equations of the increment (w_x, w_y, t_z) of plane_from_rig.
-struct Equations {
+struct PlaneEquations {
   Mat3 information = Mat3::Zero();
   Vec3 right = Vec3::Zero();
   double chi2 = 0;
@@ -136,11 +137,11 @@ struct Equations {
 };
 
 /// nullopt where a point cannot be predicted.
-std::optional<Equations> equations_of(const Problem& problem, const Subset& subset,
-                                      const Pose& rig_from_plane) {
+std::optional<PlaneEquations> plane_equations(const LitPoints& problem, const Subset& subset,
+                                              const Pose& rig_from_plane) {
   const Plane plane = Plane::of_xy(rig_from_plane);
   const Pose plane_from_rig = rig_from_plane.inverse();
-  Equations sum;
+  PlaneEquations sum;
   for (const std::size_t i : subset) {
     const Usable& point = problem.points[i];
     const auto predicted = predict(problem, point, plane);
@@ -164,11 +165,11 @@ std::optional<Equations> equations_of(const Problem& problem, const Subset& subs
 }
 
 /// The best plane of these points, from a start.
-Plane fit(const Problem& problem, const Subset& subset, const Plane& start) {
+Plane fit(const LitPoints& problem, const Subset& subset, const Plane& start) {
   constexpr int kIterations = 30;
   constexpr double kConverged = 1e-16;  // predicted decrease of chi2
   Pose pose = rig_from_frame(problem, start, subset);
-  std::optional<Equations> at = equations_of(problem, subset, pose);
+  std::optional<PlaneEquations> at = plane_equations(problem, subset, pose);
   if (!at) return start;
   double damping = 0;
   for (int i = 0; i < kIterations; ++i) {
@@ -179,7 +180,7 @@ Plane fit(const Problem& problem, const Subset& subset, const Plane& start) {
     Vec6 back = Vec6::Zero();
     back[0] = -step[0], back[1] = -step[1], back[5] = -step[2];
     const Pose next = (pose * se3_exp(back)).normalized();
-    const std::optional<Equations> there = equations_of(problem, subset, next);
+    const std::optional<PlaneEquations> there = plane_equations(problem, subset, next);
     if (!there || there->chi2 > at->chi2) {
       if (damping > 1e6) break;
       damping = std::max(10 * damping, 1e-3);
@@ -187,7 +188,7 @@ Plane fit(const Problem& problem, const Subset& subset, const Plane& start) {
     }
     damping *= 0.1;
     pose = rig_from_frame(problem, Plane::of_xy(next), subset);
-    at = equations_of(problem, subset, pose);
+    at = plane_equations(problem, subset, pose);
     if (!at) break;
   }
   return Plane::of_xy(pose);
@@ -199,7 +200,7 @@ std::size_t majority(std::size_t points, double min_share) {
 }
 
 /// The plane through three of the points whose smallest `count` residuals are the smallest.
-Plane robust_start(const Problem& problem, std::size_t count) {
+Plane robust_start(const LitPoints& problem, std::size_t count) {
   // With 60 % good points, 100 triples miss them with a probability of 3e-11.
   constexpr int kTriples = 100;
   const std::size_t n = problem.points.size();
@@ -217,13 +218,13 @@ Plane robust_start(const Problem& problem, std::size_t count) {
     if (score < least) least = score, best = plane;
   }
   if (!best)
-    refuse("no three of " + counted(n, "point") + " determine a plane",
-           "let the camera see more of the pattern, in both directions");
+    refuse_plane("no three of " + counted(n, "point") + " determine a plane",
+                 "let the camera see more of the pattern, in both directions");
   return *best;
 }
 
 /// The `count` points of the smallest residuals.
-Subset best_points(const Problem& problem, const Plane& plane, std::size_t count) {
+Subset best_points(const LitPoints& problem, const Plane& plane, std::size_t count) {
   const std::vector<double> squares = squared_residuals(problem, plane);
   Subset order(squares.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -234,7 +235,7 @@ Subset best_points(const Problem& problem, const Plane& plane, std::size_t count
   return order;
 }
 
-Plane plane_of_majority(const Problem& problem, std::size_t count) {
+Plane plane_of_majority(const LitPoints& problem, std::size_t count) {
   constexpr int kSteps = 20;
   Plane plane = robust_start(problem, count);
   Subset subset;
@@ -247,7 +248,7 @@ Plane plane_of_majority(const Problem& problem, std::size_t count) {
   return plane;
 }
 
-Subset points_within(const Problem& problem, const Plane& plane, double limit) {
+Subset points_within(const LitPoints& problem, const Plane& plane, double limit) {
   Subset within;
   for (std::size_t i = 0; i < problem.points.size(); ++i)
     if (squared_residual(problem, problem.points[i], plane) <= limit) within.push_back(i);
@@ -255,7 +256,7 @@ Subset points_within(const Problem& problem, const Plane& plane, double limit) {
 }
 
 /// The smaller one over the larger one of the standard deviations of the projector pixels, along two axes.
-double width_over_length(const Problem& problem) {
+double width_over_length(const LitPoints& problem) {
   Vec2 middle = Vec2::Zero();
   for (const Usable& point : problem.points) middle += point.projector_pixel / double(problem.points.size());
   Mat2 scatter = Mat2::Zero();
@@ -265,15 +266,15 @@ double width_over_length(const Problem& problem) {
   return squares[0] > 0 ? std::sqrt(std::max(squares[1], 0.0) / squares[0]) : 0;
 }
 
-void require_not_on_a_line(const Problem& problem) {
+void require_not_on_a_line(const LitPoints& problem) {
   constexpr double kMinWidth = 0.02;
   if (width_over_length(problem) < kMinWidth)
-    refuse(counted(problem.points.size(), "point") + " are on a line",
-           "let the camera see more of the pattern, in both directions");
+    refuse_plane(counted(problem.points.size(), "point") + " are on a line",
+                 "let the camera see more of the pattern, in both directions");
 }
 
 /// Median of the sines at which light and sight meet the plane.
-void require_not_edge_on(const Problem& problem, const Plane& plane) {
+void require_not_edge_on(const LitPoints& problem, const Plane& plane) {
   constexpr double kMinSine = 0.03;  // 1.7 degrees
   const Vec3 eye = problem.camera_from_rig.inverse().translation;
   std::vector<double> lit, seen;
@@ -283,11 +284,11 @@ void require_not_edge_on(const Problem& problem, const Plane& plane) {
     seen.push_back(std::abs(plane.normal.dot(sight)) / sight.norm());
   }
   if (std::min(median(std::move(lit)), median(std::move(seen))) < kMinSine)
-    refuse("the plane is seen or lit edge-on", "turn the rig towards the plane");
+    refuse_plane("the plane is seen or lit edge-on", "turn the rig towards the plane");
 }
 
 /// The estimated variance of the best `count` residuals over the stated one, 1 at least. Refuses what is not one plane.
-double variance_factor(const Problem& problem, const Plane& plane, std::size_t count,
+double variance_factor(const LitPoints& problem, const Plane& plane, std::size_t count,
                        const SightPlaneOptions& options) {
   const double share = double(count) / double(problem.points.size());
   // Of two degrees of freedom, P(X > x) = exp(-x / 2).
@@ -298,15 +299,17 @@ double variance_factor(const Problem& problem, const Plane& plane, std::size_t c
   const double noise = std::sqrt(square / expected) * median(std::move(sigmas));
   if (noise <= options.max_noise_px) return std::max(1.0, square / expected);
   const Subset best = best_points(problem, plane, count);
-  const auto equations = equations_of(problem, best, rig_from_frame(problem, plane, best));
+  const auto equations = plane_equations(problem, best, rig_from_frame(problem, plane, best));
   const double across = equations ? std::sqrt(equations->across / double(count)) : 0;
   if (across > options.max_noise_px)
-    refuse("the camera pixels are " + px(across) + " beside the epipolar lines of their projector pixels",
-           "check that the pattern is the one shown, unscaled, and that camera and projector have not moved "
-           "against each other since the calibration");
-  refuse("fewer than " + percent(options.min_share, 0) + " of " + counted(problem.points.size(), "point") +
-             " are on one plane (residuals of " + (std::isfinite(noise) ? px(noise) : "any size") + ")",
-         "point the rig at one flat wall or at the floor, and not into a corner");
+    refuse_plane(
+        "the camera pixels are " + px(across) + " beside the epipolar lines of their projector pixels",
+        "check that the pattern is the one shown, unscaled, and that camera and projector have not moved "
+        "against each other since the calibration");
+  refuse_plane("fewer than " + percent(options.min_share, 0) + " of " +
+                   counted(problem.points.size(), "point") + " are on one plane (residuals of " +
+                   (std::isfinite(noise) ? px(noise) : "any size") + ")",
+               "point the rig at one flat wall or at the floor, and not into a corner");
 }
 
 /// Do the unknowns differ in their effect? A pivot over its diagonal entry is the share that the unknowns before it do not
@@ -325,7 +328,7 @@ PlaneSighting sight_plane(const std::vector<LightPoint>& points, const RigCamera
                           const RigProjector& projector, const SightPlaneOptions& options) {
   require(options.min_share >= 0.5 && options.min_share <= 1, "sight_plane: min_share is not 0.5 .. 1");
   require(options.max_noise_px > 0 && options.max_tilt_sigma > 0, "sight_plane: a limit is not positive");
-  const Problem problem = problem_of(points, camera, projector);
+  const LitPoints problem = lit_points_of(points, camera, projector);
   require_not_on_a_line(problem);
   const std::size_t count = majority(problem.points.size(), options.min_share);
   Plane plane = plane_of_majority(problem, count);
@@ -337,18 +340,19 @@ PlaneSighting sight_plane(const std::vector<LightPoint>& points, const RigCamera
   for (int i = 0; i < kRounds; ++i) {
     Subset next = points_within(problem, plane, limit);
     if (next.size() < count)
-      refuse(std::to_string(next.size()) + " of " + counted(problem.points.size(), "point") +
-                 " are on one plane",
-             "point the rig at one flat wall or at the floor, and not into a corner");
+      refuse_plane(std::to_string(next.size()) + " of " + counted(problem.points.size(), "point") +
+                       " are on one plane",
+                   "point the rig at one flat wall or at the floor, and not into a corner");
     if (next == used) break;
     used = std::move(next);
     plane = fit(problem, used, plane);
   }
 
   const Pose rig_from_plane = rig_from_frame(problem, plane, used);
-  const auto equations = equations_of(problem, used, rig_from_plane);
+  const auto equations = plane_equations(problem, used, rig_from_plane);
   if (!equations || !determines_plane(equations->information))
-    refuse("the points do not determine it", "let the camera see more of the pattern, in both directions");
+    refuse_plane("the points do not determine it",
+                 "let the camera see more of the pattern, in both directions");
   PlaneSighting sighting;
   sighting.used = int(used.size());
   sighting.chi2_per_dof = equations->chi2 / double(2 * used.size() - 3);
@@ -356,8 +360,8 @@ PlaneSighting sight_plane(const std::vector<LightPoint>& points, const RigCamera
   const Mat3 covariance = std::max(1.0, sighting.chi2_per_dof) * equations->information.inverse();
   const double tilt_sigma = std::sqrt(symmetric_eigen(Mat2(covariance.topLeftCorner<2, 2>())).values[0]);
   if (!(tilt_sigma <= options.max_tilt_sigma))
-    refuse("its normal has a standard deviation of " + fixed(tilt_sigma * 180 / M_PI, 1) + " degrees",
-           "let the camera see more of the pattern, in both directions");
+    refuse_plane("its normal has a standard deviation of " + fixed(tilt_sigma * 180 / M_PI, 1) + " degrees",
+                 "let the camera see more of the pattern, in both directions");
   sighting.plane_from_rig.pose = rig_from_plane.inverse();
   sighting.plane_from_rig.covariance.setIdentity();
   constexpr int kCounting[] = {0, 1, 5};

@@ -14,7 +14,7 @@
 namespace procam::track {
 namespace {
 
-RigCamera lopsided_camera() {
+RigCamera seeing_camera() {
   RigCamera camera;
   camera.camera = {{640, 480}, {640, 633, 322, 251, 0.4}, BrownConrady{{-0.17, 0.05, 0.0009, -0.0006, 0}}};
   camera.rig_from_camera = test::lopsided_pose();
@@ -43,7 +43,7 @@ Vec2 seen_on(const Plane& plane, const Vec2& projector_pixel, const RigCamera& c
 }
 
 /// 9 x 7 pixels over the projector's frame, exact.
-std::vector<LightPoint> points_on(const Plane& plane, const RigCamera& camera = lopsided_camera(),
+std::vector<LightPoint> points_on(const Plane& plane, const RigCamera& camera = seeing_camera(),
                                   const RigProjector& projector = lopsided_projector()) {
   std::vector<LightPoint> points;
   for (int row = 0; row < 7; ++row)
@@ -59,7 +59,7 @@ std::vector<LightPoint> points_on(const Plane& plane, const RigCamera& camera = 
 }
 
 PlaneSighting sight(const std::vector<LightPoint>& points, const SightPlaneOptions& options = {}) {
-  return sight_plane(points, lopsided_camera(), lopsided_projector(), options);
+  return sight_plane(points, seeing_camera(), lopsided_projector(), options);
 }
 
 /// Tilt about x and y, and z, of the true plane in the frame of the one found.
@@ -100,7 +100,7 @@ TEST(SightPlane, ExactPointsGiveTheExactPlane) {
     EXPECT_LT(seen.across_px, 1e-6);
     // z points to the camera; the origin is in the middle of the light.
     const Pose& plane_from_rig = seen.plane_from_rig.pose;
-    EXPECT_GT((plane_from_rig * lopsided_camera().rig_from_camera.translation).z(), 1);
+    EXPECT_GT((plane_from_rig * seeing_camera().rig_from_camera.translation).z(), 1);
     Vec3 middle = Vec3::Zero();
     for (const LightPoint& point : points_on(truth))
       middle += *intersect(lopsided_projector().rig_from_projector *
@@ -127,7 +127,7 @@ TEST(SightPlane, TheCovarianceIsThatOfDerivativesByDifferences) {
       increment[counting_rows[i]] = kStep;
       const auto pixel_at = [&](const Vec6& xi) {
         const Pose plane_from_rig = se3_exp(xi) * seen.plane_from_rig.pose;
-        return seen_on(Plane::of_xy(plane_from_rig.inverse()), point.projector_pixel, lopsided_camera(),
+        return seen_on(Plane::of_xy(plane_from_rig.inverse()), point.projector_pixel, seeing_camera(),
                        lopsided_projector());
       };
       jacobian.col(i) = (pixel_at(increment) - pixel_at(-increment)) / (2 * kStep);
@@ -234,10 +234,9 @@ TEST(SightPlane, DegenerateViewsAreRefusedWithTheCause) {
 
   RigProjector at_the_camera = lopsided_projector();
   at_the_camera.rig_from_projector.translation =
-      lopsided_camera().rig_from_camera.translation + Vec3(2e-4, -1e-4, 3e-4);
-  EXPECT_ERROR(
-      sight_plane(points_on(truth, lopsided_camera(), at_the_camera), lopsided_camera(), at_the_camera),
-      kDegenerate, "no baseline");
+      seeing_camera().rig_from_camera.translation + Vec3(2e-4, -1e-4, 3e-4);
+  EXPECT_ERROR(sight_plane(points_on(truth, seeing_camera(), at_the_camera), seeing_camera(), at_the_camera),
+               kDegenerate, "no baseline");
 
   // A small part of the frame: the tilt is not determined.
   std::vector<LightPoint> few = {all[30], all[31], all[39], all[40]};
@@ -259,7 +258,7 @@ TEST(SightPlane, DegenerateViewsAreRefusedWithTheCause) {
       const auto met =
           intersect(rig_from_projector * *projector.projector.emit(point.projector_pixel), grazing);
       if (!met) continue;
-      const auto pixel = lopsided_camera().camera.project(lopsided_camera().rig_from_camera.inverse() * *met);
+      const auto pixel = seeing_camera().camera.project(seeing_camera().rig_from_camera.inverse() * *met);
       if (!pixel) continue;
       point.camera_pixel = *pixel;
       lit.push_back(point);
@@ -272,7 +271,7 @@ TEST(SightPlane, AnotherRigIsNamedAsTheCause) {
   const std::vector<LightPoint> points = points_on(plane_in_rig());
   RigProjector moved = lopsided_projector();
   moved.rig_from_projector = moved.rig_from_projector * Pose(so3_exp(Vec3(0.02, 0, 0)), Vec3::Zero());
-  EXPECT_ERROR(sight_plane(points, lopsided_camera(), moved), kDegenerate, "epipolar");
+  EXPECT_ERROR(sight_plane(points, seeing_camera(), moved), kDegenerate, "epipolar");
 }
 
 TEST(SightPlane, WhatIsNotFiniteIsInvalid) {

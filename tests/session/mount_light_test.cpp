@@ -36,7 +36,7 @@ Carried carried_rig() {
 }
 
 /// z is up, the floor at 0; walls at x = 4, y = 3 and y = -3, that are not quite upright.
-simulate::Room lit_room() {
+simulate::Room lit_room(std::uint64_t seed = 1) {
   simulate::Room room;
   room.ambient = 0.06;
   const auto paint = [](std::uint64_t seed) {
@@ -57,10 +57,11 @@ simulate::Room lit_room() {
     return texture;
   };
   const simulate::Rectangle large{Vec2(-4, -4), Vec2(4, 4)};
-  room.bodies.push_back({"floor", large, Pose(so3_exp(Vec3(M_PI, 0, 0)), Vec3(1, 0, 0)), paint(1)});
+  room.bodies.push_back({"floor", large, Pose(so3_exp(Vec3(M_PI, 0, 0)), Vec3(1, 0, 0)), paint(seed + 100)});
   room.bodies.push_back(
-      {"ahead", large, Pose(so3_exp(Vec3(0.01, M_PI_2 + 0.02, 0)), Vec3(4, 0.2, 1)), paint(2)});
-  room.bodies.push_back({"left", large, Pose(so3_exp(Vec3(-M_PI_2 - 0.015, 0, 0)), Vec3(0, 3, 1)), paint(3)});
+      {"ahead", large, Pose(so3_exp(Vec3(0.01, M_PI_2 + 0.02, 0)), Vec3(4, 0.2, 1)), paint(seed + 200)});
+  room.bodies.push_back(
+      {"left", large, Pose(so3_exp(Vec3(-M_PI_2 - 0.015, 0, 0)), Vec3(0, 3, 1)), paint(seed + 300)});
   return room;
 }
 
@@ -129,7 +130,7 @@ Mat3 counting(const Mat6& covariance) {
 /// Images of all stations, called after their times.
 void record(const std::filesystem::path& folder, const std::string& pattern, std::uint64_t seed) {
   const Carried rig = carried_rig();
-  const simulate::Room room = lit_room();
+  const simulate::Room room = lit_room(seed);
   const ImageU8 frame = still_frame(pattern, rig.projector.projector.size());
   const std::vector<Station> all = stations();
   for (std::size_t i = 0; i < all.size(); ++i)

@@ -254,7 +254,7 @@ TEST(SightPlane, DegenerateViewsAreRefusedWithTheCause) {
   for (int row_number = 0; row_number < 12; ++row_number)
     for (int i = 0; i < 6; ++i) {
       LightPoint point;
-      point.projector_pixel = Vec2(470 - 12 * i, 200 + 40 * row_number);
+      point.projector_pixel = Vec2(500 - 3.5 * i, 200 + 40 * row_number);
       const auto met =
           intersect(rig_from_projector * *projector.projector.emit(point.projector_pixel), grazing);
       if (!met) continue;

@@ -160,8 +160,9 @@ void expect_true_planes(const std::filesystem::path& folder, const std::string& 
     const Vec3 off = error_of(sighting, all[i].room_from_rig.inverse() * Plane::of_xy(body.room_from_body));
     const Mat3 covariance = counting(sighting.marker_from_rig.covariance);
     const double chi2 = off.dot(covariance.ldlt().solve(off));
-    // Chi-square of 3: 21.1 but for 1 in 10 000.
-    EXPECT_LT(chi2, 21.1) << i << ": " << off.transpose();
+    // Chi-square of 3 is below 30 but for 1 in 700 000. What blotches of the paint and the projector's pixels add is alike over
+    // an image, and not in the covariance: the mean of 64 images is 1.7 (markers), 3.6 (charuco) and 4.1 (chessboard), not 3.
+    EXPECT_LT(chi2, 30) << i << ": " << off.transpose();
     if (std::getenv("PROCAM_PRINT"))
       std::cout << pattern << " " << i << ": " << 1e3 * off.transpose() << "  sigmas "
                 << 1e3 * covariance.diagonal().cwiseSqrt().transpose() << "  chi2 " << chi2 << "\n";
@@ -216,6 +217,16 @@ TEST_F(MountLight, SoDoCharucoBoards) {
 TEST_F(MountLight, AndAChessboardThatIsSeenAsAWhole) {
   record(folder_, "chessboard", 31);
   expect_true_planes(folder_, "chessboard");
+}
+
+TEST_F(MountLight, AsDoesOneWhoseCountsDoNotTellItsEnds) {
+  record(folder_, "chessboard:11x9:64px:upright", 41);
+  expect_true_planes(folder_, "chessboard:11x9:64px:upright");
+}
+
+TEST_F(MountLight, AndDiscs) {
+  record(folder_, "circles", 51);
+  expect_true_planes(folder_, "circles");
 }
 
 /// The middle of the light in the corner of two walls.

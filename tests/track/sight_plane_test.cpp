@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <random>
 
 #include "procam/core/base/detail/chi_square.hpp"
@@ -110,6 +111,18 @@ TEST(SightPlane, ExactPointsGiveTheExactPlane) {
     EXPECT_LT((plane_from_rig * middle).norm(), 1e-8);
     EXPECT_NEAR(plane_from_rig.rotation_matrix().determinant(), 1, 1e-12);
     for (const int arbitrary : {2, 3, 4}) EXPECT_EQ(seen.plane_from_rig.covariance(arbitrary, arbitrary), 1);
+  }
+}
+
+TEST(SightPlane, TheOrderOfThePointsDoesNotMatter) {
+  const Plane truth = plane_in_rig();
+  std::vector<LightPoint> points = points_on(truth);
+  std::mt19937_64 random(5);
+  for (int order = 0; order < 12; ++order) {
+    std::shuffle(points.begin(), points.end(), random);
+    const PlaneSighting seen = sight(points);
+    EXPECT_LT(error_of(seen, truth).norm(), 1e-9);
+    EXPECT_GT((seen.plane_from_rig.pose * seeing_camera().rig_from_camera.translation).z(), 1);
   }
 }
 

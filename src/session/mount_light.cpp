@@ -45,18 +45,25 @@ std::vector<LightPoint> points_in(const ImageU8& grey, const pattern::ProjectedB
   return points;
 }
 
-/// Why images are skipped, and how often.
+/// Why images are skipped, counted by the remedy, as the causes have numbers in them.
 class Causes {
  public:
-  void add(const std::string& cause) { ++counts_[cause]; }
+  void add(const std::string& remedy, const std::string& cause) {
+    ++counts_.try_emplace(remedy, Count{0, cause}).first->second.images;
+  }
   std::string most_frequent() const {
-    const auto at = std::max_element(counts_.begin(), counts_.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
-    return at == counts_.end() ? "" : at->first;
+    const auto at = std::max_element(counts_.begin(), counts_.end(), [](const auto& a, const auto& b) {
+      return a.second.images < b.second.images;
+    });
+    return at == counts_.end() ? "" : at->second.first_cause;
   }
 
  private:
-  std::map<std::string, int> counts_;
+  struct Count {
+    int images = 0;
+    std::string first_cause;
+  };
+  std::map<std::string, Count> counts_;
 };
 
 std::string skipped(const PlanesInLight& result) {
@@ -86,8 +93,8 @@ PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera
     const std::vector<LightPoint> points = points_in(grey, board, remarks);
     if (int(points.size()) < images.min_points) {
       ++result.without_board;
-      causes.add(points.empty() && !remarks.items.empty() ? remarks.items.front().message
-                                                          : "few of the board's points are found");
+      causes.add("", points.empty() && !remarks.items.empty() ? remarks.items.front().message
+                                                              : "few of the board's points are found");
       continue;
     }
     try {
@@ -96,7 +103,7 @@ PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::kDegenerate && error.kind() != ErrorKind::kNotEnoughData) throw;
       ++result.without_plane;
-      causes.add(error.why() + "; " + error.next());
+      causes.add(error.next(), error.why() + "; " + error.next());
     }
   }
   const std::string counts = skipped(result);
@@ -105,13 +112,13 @@ PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera
         ErrorKind::kNotEnoughData, images.folder.string(),
         counted(std::size_t(result.images), "image") + " without a plane in the light of " + images.pattern +
             (counts.empty() ? "" : ": " + counts) +
-            (counts.empty() ? "" : " (mostly: " + causes.most_frequent() + ")"),
+            (counts.empty() ? "" : " (most often: " + causes.most_frequent() + ")"),
         "show the board frame of the pattern all the time, sharp and bright, on a blank wall or on the floor "
         "1 to 3 m away, and let the camera see it");
   if (!counts.empty())
     result.diagnostics.note("images_skipped", images.folder.string() + ": of " +
                                                   counted(std::size_t(result.images), "image") + " " +
-                                                  counts + " (mostly: " + causes.most_frequent() + ")");
+                                                  counts + " (most often: " + causes.most_frequent() + ")");
   return result;
 }
 

@@ -4,6 +4,7 @@
 
 #include "common/cli.hpp"
 #include "common/mount_flags.hpp"
+#include "procam/io/exchange/calibration_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
@@ -69,15 +70,37 @@ io::Mount mount_of(const calibrate::MountResult& result, const std::string& targ
   return mount;
 }
 
+RigCamera depth_camera(const MountFlags& flags) {
+  if (flags.intrinsics.empty()) return io::load_rig(flags.rig).camera(flags.depth_camera);
+  RigCamera camera;
+  camera.camera = io::load_camera(flags.intrinsics, "", session::depth_image_size(flags.depth)).camera;
+  return camera;
+}
+
+void add_images(MountFlags& flags, session::MountRecording& drive, Console& console) {
+  const auto add = [&](const std::vector<MarkerSighting>& seen) {
+    drive.data.sightings.insert(drive.data.sightings.end(), seen.begin(), seen.end());
+  };
+  if (!flags.folder.empty()) {
+    flags.images.folder = flags.folder;
+    add(session::sightings_in_images(flags.images, io::load_rig(flags.rig).camera(flags.camera)));
+  }
+  if (!flags.depth_folder.empty()) {
+    flags.depth.folder = flags.depth_folder;
+    const session::PlaneSightings planes = session::planes_in_depth(
+        flags.depth, depth_camera(flags),
+        [&](const std::string& file, int done, int total) { console.progress(file, done, total); });
+    add(planes.sightings);
+    drive.diagnostics.append(planes.diagnostics);
+    console.say(format("%zu depth images, %zu planes in them", planes.images, planes.sightings.size()));
+  }
+}
+
 ExitCode calibrate_mount(MountFlags flags, Console& console) {
   for (const std::string& file : {flags.output, flags.picture})
     if (!file.empty()) io::require_writable(file);
   session::MountRecording drive = session::read_mount_data(flags.files);
-  if (!flags.folder.empty()) {
-    flags.images.folder = flags.folder;
-    drive.data.sightings =
-        session::sightings_in_images(flags.images, io::load_rig(flags.rig).camera(flags.camera));
-  }
+  add_images(flags, drive, console);
   if (!flags.prior.empty()) flags.options.prior = load_prior(flags);
   if (!flags.markers.empty()) flags.options.markers = load_markers(flags.markers);
 
@@ -110,6 +133,7 @@ int main(int argc, char** argv) {
        "named."},
       [&](CLI::App& app) {
         declare_inputs(app, flags);
+        declare_images(app, flags);
         declare_stated(app, flags);
         app.add_option(
                "-o,--output", flags.output,
@@ -119,8 +143,10 @@ int main(int argc, char** argv) {
         app.callback([&flags] {
           if (flags.files.base.empty() && flags.files.angles.empty())
             throw CLI::RequiredError("--base, --arm or --pan-tilt");
-          if (flags.files.sightings.empty() == flags.folder.empty())
-            throw CLI::RequiredError("--sightings or --images");
+          if (flags.files.sightings.empty() && flags.folder.empty() && flags.depth_folder.empty())
+            throw CLI::RequiredError("--sightings, --images or --depth");
+          if (!flags.depth_folder.empty() && flags.rig.empty() && flags.intrinsics.empty())
+            throw CLI::RequiredError("--rig or --intrinsics, with --depth");
         });
       },
       [&](Console& console) { return calibrate_mount(flags, console); });

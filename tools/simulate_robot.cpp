@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "common/cli.hpp"
+#include "common/robot_depth.hpp"
 #include "common/robot_flags.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/marker_map_file.hpp"
@@ -69,7 +70,12 @@ void save_drive_sightings(const RobotFlags& flags, const simulate::Drive& drive,
     options.base_from_rig = simulate::arm_options(options.seed).base_from_rig;
     mount.world_from_base = simulate::world_from_carrier(options.seed);
   }
-  save_sightings(flags, simulate::marker_sightings(drive, options), mount, unix_start, console);
+  const simulate::MarkerSightings seen = simulate::marker_sightings(drive, options);
+  save_sightings(flags, seen, mount, unix_start, console);
+  if (!flags.depth.empty())
+    save_depth_images(
+        flags.depth, seen, options.seed, flags.robot.duration,
+        [&](double time) { return unix_start + 0.1 + time; }, console);
 }
 
 /// Its angles to the log, in place of poses.

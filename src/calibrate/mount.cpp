@@ -5,6 +5,7 @@
 
 #include "mount_analysis.hpp"
 #include "mount_mistakes.hpp"
+#include "mount_plane_names.hpp"
 #include "mount_remarks.hpp"
 #include "mount_start.hpp"
 
@@ -158,8 +159,13 @@ MountResult result_of(const Model& model, const Equations& equations) {
   result.time_offset_sigma = information.offset_sigma;
   result.scale = model.scale;
   result.scale_sigma = information.scale_sigma;
+  if (information.sensor_covariance.size() > 0) {
+    const auto& [scale, x, y, z] = model.sensor;
+    result.plane_sensor = MountResult::PlaneSensor{scale, Vec3(x, y, z), information.sensor_covariance};
+  }
   const Pose world_from_plane = pose_of(model.frames[0].pose.data());
   for (std::size_t m = 0; m < model.markers.size(); ++m) {
+    if (information.marker_covariance[m].size() == 0) continue;
     const Pose pose = world_from_plane * pose_of(model.markers[m].data());
     if (model.is_plane[m]) {
       result.planes.push_back({model.marker_names[m], pose, information.marker_covariance[m]});
@@ -253,10 +259,15 @@ MountResult calibrate_started(const MountData& started, const MountOptions& opti
 MountResult calibrate_mount(const MountData& data, const MountOptions& given) {
   MountOptions options = given;
   if (options.stations) options.estimate_time_offset = false;
-  const MountData started = mount::with_start_poses(data, options);
-  mount::check(started, options);
+  MountData started = mount::with_start_poses(data, options);
+  mount::check_poses(started, options);
+  const bool unnamed = mount::has_unnamed_planes(started);
+  if (unnamed) started = mount::with_plane_names(started, options);
+  mount::check_sightings(started, options);
   mount::require_unmistaken(started, options);
-  return mount::calibrate_started(started, options);
+  MountResult result = mount::calibrate_started(started, options);
+  if (!unnamed) return result;
+  return mount::calibrate_started(mount::with_joined_planes(std::move(started), result), options);
 }
 
 }  // namespace procam::calibrate

@@ -108,11 +108,13 @@ MountInformation mount_information(const Equations& equations, bool with_offset)
   };
   if (linear.scale_column >= 0)
     found.scale_sigma = std::sqrt(std::max(covariance_at(linear.scale_column, 1)(0, 0), 0.0));
+  if (linear.sensor_column >= 0) found.sensor_covariance = covariance_at(linear.sensor_column, 4);
   for (std::size_t m = 0; m < linear.marker_column.size(); ++m) {
-    const Eigen::Index column = linear.marker_column[m], next = m + 1 < linear.marker_column.size()
-                                                                    ? linear.marker_column[m + 1]
-                                                                    : linear.after_markers;
-    found.marker_covariance.push_back(covariance_at(column, next - column));
+    const Eigen::Index column = linear.marker_column[m];
+    const auto next = std::find_if(linear.marker_column.begin() + std::ptrdiff_t(m) + 1,
+                                   linear.marker_column.end(), [](Eigen::Index other) { return other >= 0; });
+    const Eigen::Index end = next == linear.marker_column.end() ? linear.after_markers : *next;
+    found.marker_covariance.push_back(column < 0 ? MatX() : covariance_at(column, end - column));
   }
   if (linear.world_column >= 0) {
     found.world_covariance = covariance_at(linear.world_column);
@@ -237,6 +239,10 @@ class Scan {
 
 FoundScale find_scale(const Model& model, const MountProblem& problem, const Equations& equations) {
   if (model.axes || model.estimates_scale) return {};
+  // Without markers, the scale of the planes is that ratio.
+  const bool has_markers =
+      std::any_of(model.is_plane.begin(), model.is_plane.end(), [](char is) { return is == 0; });
+  if (!has_markers && equations.linear.sensor_column >= 0) return {};
   const Linear& linear = equations.linear;
   VecX by = VecX::Zero(linear.residuals.size());
   for (std::size_t i = 0; i < linear.base_row.size(); ++i)

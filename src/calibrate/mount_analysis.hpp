@@ -28,10 +28,12 @@ struct MountInformation {
   MatX data, posterior;  ///< information about the mount, all else eliminated
   MatX covariance;       ///< of the directions, after the stated measurements
   double offset_sigma = 0;
-  double scale_sigma = 0;               ///< of Model::scale, where it is estimated
-  std::vector<MatX> marker_covariance;  ///< of the right increments, by marker; of a plane 3 x 3
-  MatX world_covariance;                ///< of the right increment of world_from_base; empty without it
-  MatX directions_with_world;           ///< covariance of the directions (rows) with it (columns)
+  double scale_sigma = 0;  ///< of Model::scale, where it is estimated
+  MatX sensor_covariance;  ///< of Model::sensor; empty without planes
+  /// Of the right increments, by marker; of a plane 3 x 3; empty where no sighting is left.
+  std::vector<MatX> marker_covariance;
+  MatX world_covariance;       ///< of the right increment of world_from_base; empty without it
+  MatX directions_with_world;  ///< covariance of the directions (rows) with it (columns)
 };
 MountInformation mount_information(const Equations& equations, bool with_offset);
 

@@ -260,14 +260,19 @@ inline Eigen::Matrix<double, 3, 6> off_plane_derivative(const Pose& pose) {
   return by;
 }
 
-/// Knot, next knot, mount, plane: what is left of a rigid motion within the plane. The last three rows are zero, so that all
-/// sightings have six.
-struct PlaneCost : ceres::SizedCostFunction<6, 7, 7, 7, 7> {
+/// Knot, next knot, mount, plane, error of the sensor (scale: reported distance = scale * distance; rotation vector b: the
+/// reported rig_from_plane is turned by exp(-b)): what is left of a rigid motion within the plane. The last three rows are
+/// zero, so that all sightings have six.
+struct PlaneCost : ceres::SizedCostFunction<6, 7, 7, 7, 7, 4> {
   Pose rig_from_plane;  ///< as measured
   Mat3 whiten;
   double alpha;
   bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
-    const Pose mount = pose_of(p[2]), base_from_plane = mount * rig_from_plane;
+    const double scale = p[4][0];
+    const Vec3 turn(p[4][1], p[4][2], p[4][3]);
+    const Pose scaled(rig_from_plane.rotation, rig_from_plane.translation / scale),
+        turned = Pose(so3_exp(turn), Vec3::Zero()) * scaled, mount = pose_of(p[2]),
+        base_from_plane = mount * turned;
     const BetweenKnots at = between_knots(pose_of(p[0]), pose_of(p[1]), alpha);
     const Pose moved = pose_of(p[3]).inverse() * at.pose * base_from_plane;
     Eigen::Map<Vec6>{residuals} << whiten * off_plane(moved), Vec3::Zero();
@@ -279,6 +284,15 @@ struct PlaneCost : ceres::SizedCostFunction<6, 7, 7, 7, 7> {
     write(jacobians, 1, by_base * at.by_second);
     write(jacobians, 2, by_base * left_by_directions(mount));
     write(jacobians, 3, -by_moved * adjoint(moved.inverse()));
+    if (jacobians[4] != nullptr) {
+      Eigen::Matrix<double, 6, 4> by_error = Eigen::Matrix<double, 6, 4>::Zero();  // of the right increment
+      by_error.block<3, 1>(3, 0) = scaled.rotation.conjugate() * Vec3(-scaled.translation / scale);
+      const Mat3 half = 0.5 * hat(turn);  // left Jacobian, to second order
+      Mat6 left = Mat6::Zero();
+      left.topLeftCorner<3, 3>() = Mat3::Identity() + half + half * half * (2.0 / 3);
+      by_error.rightCols<3>() = (adjoint(turned.inverse()) * left).leftCols<3>();
+      Eigen::Map<Eigen::Matrix<double, 6, 4, Eigen::RowMajor>>{jacobians[4]} = by_moved * by_error;
+    }
     return true;
   }
 };
@@ -385,6 +399,18 @@ struct WeakAxesCost : ceres::SizedCostFunction<2, 2> {
     residuals[1] = (p[0][1] - angle) * inverse_sigma;
     if (jacobians != nullptr && jacobians[0] != nullptr)
       Eigen::Map<Eigen::Matrix2d>{jacobians[0]} = inverse_sigma * Eigen::Matrix2d::Identity();
+    return true;
+  }
+};
+
+/// The error of a plane sensor as it is known before: scale, rotation vector.
+struct SensorPriorCost : ceres::SizedCostFunction<4, 4> {
+  Vec4 inverse_sigma;
+  bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
+    const Vec4 error(p[0][0] - 1, p[0][1], p[0][2], p[0][3]);
+    Eigen::Map<Vec4>{residuals} = inverse_sigma.cwiseProduct(error);
+    if (jacobians != nullptr && jacobians[0] != nullptr)
+      Eigen::Map<Eigen::Matrix4d>{jacobians[0]} = Eigen::Matrix4d(inverse_sigma.asDiagonal());
     return true;
   }
 };

@@ -35,10 +35,11 @@ constexpr std::size_t kMinBasePoses = 20, kMinStations = 5;
 
 }  // namespace
 
-void check(const MountData& data, const MountOptions& options) {
+void check_poses(const MountData& data, const MountOptions& options) {
   require(options.position_sigma > 0 && options.rotation_sigma > 0 && options.acceleration > 0 &&
               options.turn_acceleration > 0 && options.max_sigma > 0 && options.max_time_offset > 0 &&
               options.station_time > 0 && options.floor_sigma > 0 && options.floor_tilt_sigma > 0 &&
+              options.plane_sensor.scale_sigma >= 0 && options.plane_sensor.turn_sigma >= 0 &&
               std::isfinite(options.time_offset),
           "calibrate_mount: an option's sigma is not positive");
   require(!options.height || (std::isfinite(options.height->value) && options.height->sigma > 0),
@@ -60,11 +61,15 @@ void check(const MountData& data, const MountOptions& options) {
       throw Error(ErrorKind::kInput, "pose " + std::to_string(i + 1) + " of the base",
                   "its time is not after that of the pose before", "sort the poses by time, one a time");
   }
+  for (const MarkerSighting& seen : data.sightings)
+    require(std::isfinite(seen.time) && seen.marker_from_rig.pose.is_finite() &&
+                seen.marker_from_rig.covariance.allFinite() && (seen.is_plane || !seen.marker.empty()),
+            "calibrate_mount: a sighting is not finite, or of a marker without a name");
+}
+
+void check_sightings(const MountData& data, const MountOptions& options) {
   check_planes(data, options);
   for (const MarkerSighting& seen : data.sightings) {
-    require(std::isfinite(seen.time) && seen.marker_from_rig.pose.is_finite() &&
-                seen.marker_from_rig.covariance.allFinite(),
-            "calibrate_mount: a sighting is not finite");
     if (Eigen::LLT<Mat6>(seen.marker_from_rig.covariance).info() != Eigen::Success)
       throw Error(ErrorKind::kInput, "a sighting of " + seen.marker,
                   "its covariance is not positive definite, as that of a measurement is",

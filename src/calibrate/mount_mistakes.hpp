@@ -4,8 +4,9 @@
 
 namespace procam::calibrate::mount {
 
-/// Throws as calibrate_mount() does for data and options that are none.
-void check(const MountData& data, const MountOptions& options);
+/// Throw as calibrate_mount() does for data and options that are none. Sightings are checked when all have names.
+void check_poses(const MountData& data, const MountOptions& options);
+void check_sightings(const MountData& data, const MountOptions& options);
 
 /// Throws Error(kInput) if steps of carrier and rig do not fit each other, and would without one mistake: inverted poses,
 /// another order of the quaternion, other units. Of a robot or an arm.

@@ -122,12 +122,23 @@ struct MountProblem::Impl {
       if (!model.estimates_scale) problem.SetParameterBlockConstant(&model.scale);
       add_base();
     }
+    add_sensor();
     add_sightings();
     add_motion();
     if (model.planar) add_floor();
     add_markers();
     add_floor_plane();
+    hold_unseen();
     add_stated();
+  }
+
+  /// Markers and planes of which no sighting is left.
+  void hold_unseen() {
+    for (PoseBlock& marker : model.markers) {
+      std::vector<ceres::ResidualBlockId> of_marker;
+      problem.GetResidualBlocksForParameterBlock(marker.data(), &of_marker);
+      if (of_marker.empty()) problem.SetParameterBlockConstant(marker.data());
+    }
   }
 
   void add_base() {
@@ -186,6 +197,22 @@ struct MountProblem::Impl {
     add(weak, false, all(kOther), {model.axes->data()});
   }
 
+  void add_sensor() {
+    problem.AddParameterBlock(model.sensor.data(), 4);
+    const bool has_planes =
+        std::any_of(model.is_plane.begin(), model.is_plane.end(), [](char is) { return is != 0; });
+    if (!has_planes) {
+      problem.SetParameterBlockConstant(model.sensor.data());
+      return;
+    }
+    constexpr double kExact = 1e-6;  // the equations stay solvable
+    const MountPlaneSensor& sensor = model.options->plane_sensor;
+    auto* cost = new SensorPriorCost;
+    cost->inverse_sigma << 1 / std::max(sensor.scale_sigma, kExact),
+        Vec3::Constant(1 / std::max(sensor.turn_sigma, kExact));
+    add(cost, false, all(kOther), {model.sensor.data()});
+  }
+
   void add_sightings() {
     sighting_block.assign(model.data->sightings.size(), -1);
     Vec6 doubt = Vec6::Zero();  // of the base, besides its path
@@ -210,7 +237,9 @@ struct MountProblem::Impl {
         cost->rig_from_plane = seen.marker_from_rig.pose.inverse();
         cost->whiten = whitening_off_plane(covariance);
         cost->alpha = at->alpha;
-        add(cost, true, {kPlane, kPlane, kPlane, kOther, kOther, kOther}, parameters);
+        std::vector<double*> with_sensor = parameters;
+        with_sensor.push_back(model.sensor.data());
+        add(cost, true, {kPlane, kPlane, kPlane, kOther, kOther, kOther}, with_sensor);
       } else {
         auto* cost = new SightingCost;
         cost->rig_from_marker = seen.marker_from_rig.pose.inverse();
@@ -383,6 +412,7 @@ Linear MountProblem::linearise() {
   linear.after_markers = column;
   if (model.world) linear.world_column = take(model.world->data());
   if (!model.axes) linear.scale_column = take(&model.scale);
+  linear.sensor_column = take(model.sensor.data());
   for (Epoch& mount : model.mounts) linear.mount_column = take(mount.pose.data());
   if (model.axes) take(model.axes->data());
   take(&model.offset);

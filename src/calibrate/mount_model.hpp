@@ -62,6 +62,7 @@ struct Model {
   /// Reported position = scale * position in the metres of the sightings. Exactly 1 until lengths are seen to disagree.
   double scale = 1;
   bool estimates_scale = false;
+  std::array<double, 4> sensor{1, 0, 0, 0};  ///< PlaneSensor: scale, rotation vector
   Noise noise;
   /// At the start a sighting counts no more than a pose of the localiser: else the path, which follows the precise
   /// sightings, would follow the wrong ones too.
@@ -86,12 +87,14 @@ struct Model {
 struct Linear {
   Eigen::SparseMatrix<double> jacobian;
   VecX residuals;
-  std::vector<Group> group;                    ///< by row
-  std::vector<int> base_row, sighting_row;     ///< first row of each base pose and sighting; -1: not used
-  std::vector<Eigen::Index> marker_column;     ///< first column of each marker (6 of them) and plane (3)
+  std::vector<Group> group;                 ///< by row
+  std::vector<int> base_row, sighting_row;  ///< first row of each base pose and sighting; -1: not used
+  /// First column of each marker (6 of them) and plane (3); -1 where no sighting is left.
+  std::vector<Eigen::Index> marker_column;
   Eigen::Index after_markers = 0;              ///< the column after the last of them
   Eigen::Index world_column = -1;              ///< of world_from_base
   Eigen::Index scale_column = -1;              ///< of Model::scale
+  Eigen::Index sensor_column = -1;             ///< of Model::sensor
   Eigen::Index mount_column = 0, columns = 0;  ///< of the last mount
   MatX prior_information;  ///< of what the stated measurements say of the last mount (6 x 6)
   VecX prior_gradient;

@@ -182,6 +182,43 @@ void remark_on_scale(const MountResult& result, Diagnostics& diagnostics) {
     diagnostics.warn("lengths_disagree", text);
 }
 
+/// Without markers the metres are those of the localiser.
+void remark_on_plane_sensor(const MountResult& result, const MountOptions& options,
+                            Diagnostics& diagnostics) {
+  if (!result.plane_sensor) return;
+  constexpr double kSure = 5, kUnusual = 3, kLargest = 0.005;  // sigmas; metres on the mount
+  const MountResult::PlaneSensor& sensor = *result.plane_sensor;
+  const Vec4 sigma = sensor.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  Eigen::Index axis = 0;
+  const double turn = sensor.turn.cwiseAbs().maxCoeff(&axis);
+  if (turn > kUnusual * options.plane_sensor.turn_sigma && turn > kSure * sigma[1 + axis])
+    diagnostics.warn(
+        "plane_sensor_off",
+        "the sensor of planes is turned by " + fixed(sensor.turn.norm() / kDegree, 2) +
+            " degrees against the rig's camera, and the mount allows for it. Calibrate the rig again");
+  const double off = sensor.scale - 1;
+  if (std::abs(off) < kUnusual * options.plane_sensor.scale_sigma || std::abs(off) < kSure * sigma[0]) return;
+  const std::string text =
+      "the distances of planes are " + format("%+.2f +- %.2f %%", 100 * off, 100 * sigma[0]) + " off ";
+  if (!result.markers.empty()) {
+    diagnostics.warn("plane_sensor_off",
+                     text +
+                         "those of the markers, and the mount allows for it. Check the depth "
+                         "sensor's calibration");
+    return;
+  }
+  const double effect = std::abs(off) * result.base_from_rig.pose.translation.norm();
+  const std::string rest =
+      text +
+      "those of the localiser, and the mount allows for it. If the localiser's metres are "
+      "wrong and not the sensor's, the mount is " +
+      mm(effect, 1) + " off: check the depth sensor's scale, and the odometry's wheels";
+  if (effect > kLargest)
+    diagnostics.fail("lengths_disagree", rest);
+  else
+    diagnostics.warn("lengths_disagree", rest);
+}
+
 void remark_on_changes(const MountResult& result, Diagnostics& diagnostics) {
   if (int(result.events.size()) < kMaxEvents) return;
   const Words words = words_of(result.carrier);
@@ -267,6 +304,7 @@ void remark(MountResult& result, const MountOptions& options, const MountInforma
   remark_on_rejected(result, diagnostics);
   for (const MountEvent& event : result.events) remark_on_event(event, result.carrier, diagnostics);
   remark_on_scale(result, diagnostics);
+  remark_on_plane_sensor(result, options, diagnostics);
   remark_on_changes(result, diagnostics);
   remark_on_noise(result, options, diagnostics);
   remark_on_carrier(result, options, diagnostics);

@@ -7,6 +7,7 @@
 #include "procam/report/mount.hpp"
 #include "procam/session/mount_data.hpp"
 #include "procam/session/mount_light.hpp"
+#include "procam/session/mount_planes.hpp"
 #include "procam/simulate/mount_motion.hpp"
 
 namespace procam::python {
@@ -53,6 +54,13 @@ void bind_mount_options(py::module_& m) {
       .field("plane", &calibrate::MountFloor::plane, "its name in the data")
       .field("below", &calibrate::MountFloor::below, "of the base's origin, metres")
       .field("sigma", &calibrate::MountFloor::sigma, "of `below`, metres, and of the slope over a metre");
+  Record<calibrate::MountPlaneSensor> plane_sensor(
+      m, "MountPlaneSensor",
+      "By how much the sensor of planes may be off during the whole drive, one standard\n"
+      "deviation. 0: it is exact.");
+  plane_sensor.fields_init()
+      .field("scale_sigma", &calibrate::MountPlaneSensor::scale_sigma, "of its distances, in proportion")
+      .field("turn_sigma", &calibrate::MountPlaneSensor::turn_sigma, "against the rig, radians");
   Record<calibrate::MountOptions> mount_options(m, "MountOptions",
                                                 "What calibrate_mount() assumes of the drive.");
   mount_marker.fields_init()
@@ -90,6 +98,8 @@ void bind_mount_options(py::module_& m) {
       .field("floor_sigma", &calibrate::MountOptions::floor_sigma,
              "of an uneven floor, metres: start value, or exact without estimate_noise")
       .field("floor_tilt_sigma", &calibrate::MountOptions::floor_tilt_sigma, "radians, likewise")
+      .field("plane_sensor", &calibrate::MountOptions::plane_sensor,
+             "by how much the sensor of planes may be off during the whole drive")
       .field("max_sigma", &calibrate::MountOptions::max_sigma,
              "A direction of the mount is unobservable from this standard deviation on: metres,\n"
              "and radians.")
@@ -118,6 +128,14 @@ void bind_mount_result(py::module_& m) {
       m, "MountResult",
       "The rig's pose on its base, with covariance, and what the drive does not\n"
       "determine.");
+  Record<calibrate::MountResult::PlaneSensor> found_sensor(mount_result.type, "PlaneSensor",
+                                                           "What the sensor of planes is off by.");
+  found_sensor.fields_init()
+      .field("scale", &calibrate::MountResult::PlaneSensor::scale,
+             "reported distances over those in the metres of the markers, or of the localiser")
+      .field("turn", &calibrate::MountResult::PlaneSensor::turn,
+             "rotation vector in the rig: true rig_from_plane = exp(turn) * reported")
+      .field("covariance", &calibrate::MountResult::PlaneSensor::covariance, "of the scale and the turn");
   mount_event.fields_init()
       .field("kind", &calibrate::MountEvent::kind, "")
       .field("time", &calibrate::MountEvent::time, "localiser's clock")
@@ -147,6 +165,8 @@ void bind_mount_result(py::module_& m) {
              "lengths of the localiser over those of the sightings; 1 where no difference is significant")
       .field("scale_sigma", &calibrate::MountResult::scale_sigma,
              "standard deviation; 0 where it is not estimated")
+      .field("plane_sensor", &calibrate::MountResult::plane_sensor,
+             "what the sensor of planes is off by; None without planes")
       .field("markers", &calibrate::MountResult::markers, "all that were seen, by name")
       .field("planes", &calibrate::MountResult::planes, "likewise")
       .field("planar", &calibrate::MountResult::planar, "")
@@ -178,6 +198,9 @@ void bind_drives(py::module_& m) {
       .value("kBoth", simulate::SightingKind::kBoth);
   Record<simulate::SightingOptions> sighting_options(
       m, "SightingOptions", "How a camera on the robot sees markers, and a depth sensor floor and walls.");
+  Record<simulate::TimedPose> timed_pose(m, "TimedPose", "The true pose at a time of the drive.");
+  timed_pose.field("time", &simulate::TimedPose::time, "seconds")
+      .field("pose", &simulate::TimedPose::pose, "");
   Record<simulate::MarkerSightings> marker_sightings(m, "MarkerSightings",
                                                      "Sightings of markers, with the truth.");
   Record<simulate::MountDriveOptions, simulate::SightingOptions> mount_drive_options(
@@ -211,7 +234,8 @@ void bind_drives(py::module_& m) {
              "different after a bump")
       .field("markers", &simulate::MarkerSightings::markers, "world_from_marker")
       .field("planes", &simulate::MarkerSightings::planes, "world_from_plane: the floor, then the walls")
-      .field("outliers", &simulate::MarkerSightings::outliers, "indices of messages");
+      .field("outliers", &simulate::MarkerSightings::outliers, "indices of messages")
+      .field("rig", &simulate::MarkerSightings::rig, "world_from_rig at the times of the images");
   mount_drive_options.fields_init()
       .field("rate", &simulate::MountDriveOptions::rate, "messages a second")
       .field("pose_times", &simulate::MountDriveOptions::pose_times, "instead: since the start, seconds")
@@ -274,6 +298,9 @@ void bind_drives(py::module_& m) {
   function(m, "marker_sightings", &simulate::marker_sightings,
            "What the camera of a rig sees of markers along a drive, with the true mount.", py::arg("drive"),
            py::arg_v("options", simulate::SightingOptions{}, "SightingOptions()"));
+  function(m, "drive_room", &simulate::drive_room,
+           "The furnished room about a drive past planes, for depth_view().", py::arg("sightings"),
+           py::arg("seed") = 0);
   function(m, "mount_drive", &simulate::mount_drive,
            "marker_sightings(), and what a localiser reports of the drive.", py::arg("drive"),
            py::arg_v("options", simulate::MountDriveOptions{}, "MountDriveOptions()"));
@@ -304,28 +331,39 @@ void bind_recordings(py::module_& m) {
            "The recordings of a drive, for calibrate_mount().", py::arg("files"));
   function(m, "sightings_in_images", &session::sightings_in_images,
            "Markers in images that are named after their times.", py::arg("images"), py::arg("camera"));
+  Record<session::DepthImages> depth_images(
+      m, "DepthImages", "A folder of depth images of a drive, each called after its time.");
+  depth_images.fields_init()
+      .field("folder", &session::DepthImages::folder, "16 bits, or floats in metres")
+      .field("metres_per_unit", &session::DepthImages::metres_per_unit, "of 16-bit numbers")
+      .field("sensor", &session::DepthImages::sensor, "\"kinect-v1\", \"tof\" or \"scan\"");
+  Record<session::PlaneSightings> plane_sightings(m, "PlaneSightings",
+                                                  "Planes without names, each at its time.");
+  plane_sightings.field("sightings", &session::PlaneSightings::sightings, "")
+      .field("images", &session::PlaneSightings::images, "read")
+      .field("images_without_plane", &session::PlaneSightings::images_without_plane, "")
+      .field("diagnostics", &session::PlaneSightings::diagnostics, "");
+  function(m, "depth_image_size", &session::depth_image_size, "Of the first image of such a folder.",
+           py::arg("images"));
+  function(m, "planes_in_depth", &session::planes_in_depth,
+           "Floor and walls in depth images that are named after their times, for calibrate_mount().\n"
+           "`progress` is called before each image.",
+           py::arg("images"), py::arg("camera"), py::arg("progress") = py::none());
 }
 
 void bind_light(py::module_& m) {
   Record<session::LightImages> light_images(
       m, "LightImages", "A folder of images of the rig's own projection, each called after its time.");
-  Record<session::PlanesInLight> planes_in_light(m, "PlanesInLight", "The planes that such images show.");
   light_images.fields_init()
       .field("folder", &session::LightImages::folder, "")
       .field("pattern", &session::LightImages::pattern,
              "chessboard, charuco, markers or circles, as for make_pattern(); no colour")
       .field("min_points", &session::LightImages::min_points, "of the board, 4 at least")
       .field("plane", &session::LightImages::plane, "");
-  planes_in_light.fields_init()
-      .field("sightings", &session::PlanesInLight::sightings, "by time; is_plane, without a name")
-      .field("images", &session::PlanesInLight::images, "")
-      .field("without_board", &session::PlanesInLight::without_board, "fewer than min_points were found")
-      .field("without_plane", &session::PlanesInLight::without_plane,
-             "the light falls on two planes, or the view does not determine one")
-      .field("diagnostics", &session::PlanesInLight::diagnostics, "");
   function(m, "planes_in_light", &session::planes_in_light,
-           "Walls and floor by the rig's own light, in images that are named after their times.",
-           py::arg("images"), py::arg("camera"), py::arg("projector"));
+           "Walls and floor by the rig's own light, in images that are named after their times, for\n"
+           "calibrate_mount(). `progress` is called before each image.",
+           py::arg("images"), py::arg("camera"), py::arg("projector"), py::arg("progress") = py::none());
   function(m, "still_frame", &session::still_frame,
            "The frame of a projected board to show meanwhile, one channel.", py::arg("pattern"),
            py::arg("projector_size"));

@@ -109,6 +109,14 @@ static void fields(Fields& f, const MountEvent& event) {
   f.field("other_chi2", event.other_chi2);
 }
 
+static void fields(Fields& f, const MountResult::PlaneSensor& sensor) {
+  const Vec4 sigma = sensor.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  f.field("scale", sensor.scale);
+  f.field("scale_sigma", sigma[0]);
+  f.field("turn_deg", Vec3(sensor.turn / kDegree));
+  f.field("turn_sigma_deg", Vec3(sigma.tail<3>() / kDegree));
+}
+
 static void fields(Fields& f, const MountResult& result) {
   f.field("carrier", std::string(carrier_name(result.carrier)));
   const Pose& mount = result.base_from_rig.pose;
@@ -151,6 +159,8 @@ static void fields(Fields& f, const MountResult& result) {
   f.field("events", result.events);
   f.field("markers", result.markers);
   f.field("planes", result.planes);
+  if (result.plane_sensor)
+    f.object("plane_sensor", [&](Fields& sensor) { fields(sensor, *result.plane_sensor); });
 }
 
 std::string to_json(const MountResult& result) {
@@ -225,6 +235,9 @@ std::vector<std::string> lines(const MountResult& result) {
         format(base ? "noise of the localiser %.1f mm, %.2f deg" : "noise of the arm %.2f mm, %.3f deg",
                1e3 * result.position_sigma, result.rotation_sigma / kDegree) +
         of_sightings);
+  if (result.plane_sensor)
+    lines.push_back(format("distances of planes %+.2f +- %.2f %% off", 100 * (result.plane_sensor->scale - 1),
+                           100 * std::sqrt(result.plane_sensor->covariance(0, 0))));
   if (result.planar)
     lines.push_back(format("the floor is uneven by %.2f mm and %.3f deg", 1e3 * result.floor_sigma,
                            result.floor_tilt_sigma / kDegree));

@@ -1,7 +1,6 @@
 #include "procam/session/mount_data.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 
 #include "procam/core/base/stats.hpp"
@@ -227,7 +226,7 @@ std::vector<MarkerSighting> sightings_in_images(const SightingImages& images, co
   require(images.size > 0, "sightings_in_images: the marker's size is not positive");
   const MarkerCells cells = detect::marker_cells(images.dictionary);
   std::vector<MarkerSighting> sightings;
-  const std::vector<TimedImage> files = timed_images(images.folder);
+  const auto files = timed_images(images.folder, {".png", ".jpg", ".jpeg", ".pgm"});
   for (const auto& [time, file] : files) {
     const ImageU8 grey = io::green_channel(io::load_image(file).image);
     if (grey.size() != camera.camera.size)

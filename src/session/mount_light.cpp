@@ -66,24 +66,25 @@ class Causes {
   std::map<std::string, Count> counts_;
 };
 
-std::string skipped(const PlanesInLight& result) {
+std::string skipped(std::size_t without_board, std::size_t without_plane) {
   std::vector<std::string> parts;
-  if (result.without_board > 0)
-    parts.push_back(std::to_string(result.without_board) + " show too little of the board");
-  if (result.without_plane > 0)
-    parts.push_back(std::to_string(result.without_plane) + " do not show one plane");
+  if (without_board > 0) parts.push_back(std::to_string(without_board) + " show too little of the board");
+  if (without_plane > 0) parts.push_back(std::to_string(without_plane) + " do not show one plane");
   return and_list(parts);
 }
 
 }  // namespace
 
-PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera,
-                              const RigProjector& projector) {
+PlaneSightings planes_in_light(const LightImages& images, const RigCamera& camera,
+                               const RigProjector& projector, const ReadingProgress& progress) {
   require(images.min_points >= 4, "planes_in_light: min_points is below 4");
   const pattern::ProjectedBoard board = still_board(images.pattern, projector.projector.size());
-  PlanesInLight result;
+  PlaneSightings result;
+  std::size_t without_board = 0;
   Causes causes;
-  for (const auto& [time, file] : timed_images(images.folder)) {
+  const auto files = timed_images(images.folder, {".png", ".jpg", ".jpeg", ".pgm"});
+  for (const auto& [time, file] : files) {
+    if (progress) progress(file.filename().string(), int(result.images), int(files.size()));
     ++result.images;
     const ImageU8 grey = io::green_channel(io::load_image(file).image);
     if (grey.size() != camera.camera.size)
@@ -92,7 +93,7 @@ PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera
     Diagnostics remarks;
     const std::vector<LightPoint> points = points_in(grey, board, remarks);
     if (int(points.size()) < images.min_points) {
-      ++result.without_board;
+      ++without_board;
       causes.add("", points.empty() && !remarks.items.empty() ? remarks.items.front().message
                                                               : "few of the board's points are found");
       continue;
@@ -102,23 +103,23 @@ PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera
       result.sightings.push_back({time, "", seen.plane_from_rig, true});
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::kDegenerate && error.kind() != ErrorKind::kNotEnoughData) throw;
-      ++result.without_plane;
       causes.add(error.next(), error.why() + "; " + error.next());
     }
   }
-  const std::string counts = skipped(result);
+  result.images_without_plane = result.images - result.sightings.size();
+  const std::string counts = skipped(without_board, result.images_without_plane - without_board);
   if (result.sightings.empty())
     throw Error(
         ErrorKind::kNotEnoughData, images.folder.string(),
-        counted(std::size_t(result.images), "image") + " without a plane in the light of " + images.pattern +
+        counted(result.images, "image") + " without a plane in the light of " + images.pattern +
             (counts.empty() ? "" : ": " + counts) +
             (counts.empty() ? "" : " (most often: " + causes.most_frequent() + ")"),
         "show the board frame of the pattern all the time, sharp and bright, on a blank wall or on the floor "
         "1 to 3 m away, and let the camera see it");
   if (!counts.empty())
     result.diagnostics.note("images_skipped", images.folder.string() + ": of " +
-                                                  counted(std::size_t(result.images), "image") + " " +
-                                                  counts + " (most often: " + causes.most_frequent() + ")");
+                                                  counted(result.images, "image") + " " + counts +
+                                                  " (most often: " + causes.most_frequent() + ")");
   return result;
 }
 

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <tuple>
+#include <optional>
 
 #include "procam/core/base/error.hpp"
 
 namespace procam::session {
+namespace {
 
 namespace fs = std::filesystem;
 
@@ -20,10 +21,13 @@ std::optional<double> time_of(const fs::path& file) {
   return std::abs(time) > kNanoseconds ? 1e-9 * time : time;
 }
 
-std::vector<TimedImage> timed_images(const fs::path& folder, const std::vector<std::string>& extensions) {
+}  // namespace
+
+std::vector<std::pair<double, fs::path>> timed_images(const fs::path& folder,
+                                                      const std::vector<std::string>& extensions) {
   if (!fs::is_directory(folder))
     throw Error(ErrorKind::kIo, folder.string(), "it is no folder", "give a folder of images");
-  std::vector<TimedImage> images;
+  std::vector<std::pair<double, fs::path>> images;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const std::string extension = entry.path().extension().string();
     if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end()) continue;
@@ -31,11 +35,9 @@ std::vector<TimedImage> timed_images(const fs::path& folder, const std::vector<s
     if (!time)
       throw Error(ErrorKind::kInput, entry.path().string(), "its name is no time",
                   "name the images after their times: seconds (12.35.png) or nanoseconds");
-    images.push_back({*time, entry.path()});
+    images.emplace_back(*time, entry.path());
   }
-  std::sort(images.begin(), images.end(), [](const TimedImage& a, const TimedImage& b) {
-    return std::tie(a.time, a.file) < std::tie(b.time, b.file);
-  });
+  std::sort(images.begin(), images.end());
   return images;
 }
 

@@ -282,6 +282,7 @@ MarkerSightings sightings_along(const Motion& drive, double start, double end,
     const bool bumped = options.bump_time && time >= start + *options.bump_time;
     const Pose world_from_camera =
         drive(time) * floor(time) * (bumped ? made.base_from_rig : made.base_from_rig_at_start);
+    made.rig.push_back({time, world_from_camera});
     for (const PlacedMarker& marker : made.markers) {
       const Pose camera_from_marker = world_from_camera.inverse() * marker.world_from_marker;
       std::optional<Corners> corners = seen_corners(camera, camera_from_marker, marker);

@@ -114,6 +114,7 @@ void add(StampedPose pose, const fs::path& path, const Line& line, Trajectory& t
 
 /// Where a table's columns are; -1: there is none.
 struct Columns {
+  bool in_nanoseconds = false;  ///< all its times, however small: those of a simulation begin at 0
   int time = -1, seconds = -1, nanoseconds = -1;  ///< the message's own stamp: one number, or two
   int recorded = -1;                              ///< when the program received it, where it has no stamp
   int position[3] = {-1, -1, -1}, quaternion[4] = {-1, -1, -1, -1};  ///< x y z w
@@ -144,6 +145,7 @@ int column(const Cells& header, std::initializer_list<const char*> endings, cons
 Columns ros_columns(const Cells& header, const fs::path& path) {
   Columns at;
   at.recorded = 0;
+  at.in_nanoseconds = header[0] == "%time";  // of rostopic echo -p
   at.time = column(header, {"header.stamp"}, path);
   at.seconds = column(header, {"header.stamp.secs", "header.stamp.sec"}, path);
   at.nanoseconds = column(header, {"header.stamp.nsecs", "header.stamp.nanosec"}, path);
@@ -209,10 +211,13 @@ Trajectory read_table(const std::vector<Line>& lines, const fs::path& path, cons
                        "correct or remove the line");
       return *found;
     };
+    const auto seconds_in = [&](int column_at) {
+      return at.in_nanoseconds ? 1e-9 * value(column_at) : seconds(value(column_at));
+    };
     StampedPose pose;
-    double stamp = at.time >= 0 ? seconds(value(at.time)) : 0;
+    double stamp = at.time >= 0 ? seconds_in(at.time) : 0;
     if (at.seconds >= 0) stamp = value(at.seconds) + (at.nanoseconds >= 0 ? 1e-9 * value(at.nanoseconds) : 0);
-    if (stamp == 0 && at.recorded >= 0) stamp = seconds(value(at.recorded));
+    if (stamp == 0 && at.recorded >= 0) stamp = seconds_in(at.recorded);
     pose.stamp = stamp;
     pose.frame_from_child.translation =
         Vec3(value(at.position[0]), value(at.position[1]), value(at.position[2]));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <random>
 
 #include "mount_drives.hpp"
 
@@ -32,6 +33,10 @@ MountOptions on_the_floor() {
   return options;
 }
 
+double scale_sigma(const MountResult& result) {
+  return std::sqrt(result.plane_sensor->covariance(0, 0));
+}
+
 TEST(MountFromPlanes, NeedsNoMarkersAndNoMeasuredHeight) {
   const MountDrive made = walk(room(801));
   const MountResult result = calibrate_mount(data_of(made), on_the_floor());
@@ -40,7 +45,13 @@ TEST(MountFromPlanes, NeedsNoMarkersAndNoMeasuredHeight) {
   EXPECT_LT(off.at_two_metres, 0.01);
   EXPECT_LT(std::abs(off.time_in_sigmas), 4);
   EXPECT_TRUE(result.unobservable().empty());
-  EXPECT_LT(result.directions[5].sigma, 0.0015) << "height";
+  // Of the stated floor 1 mm, and what the scale of the sensor leaves open.
+  EXPECT_LT(result.directions[5].sigma, 0.002) << "height";
+  ASSERT_TRUE(result.plane_sensor);
+  EXPECT_LT(std::abs(result.plane_sensor->scale - 1), 4 * scale_sigma(result));
+  EXPECT_LT(scale_sigma(result), 0.002);
+  for (const std::size_t i : {0, 1, 2})
+    EXPECT_GT(result.directions[i].sigma, 0.099 * kDegree) << "a turned sensor looks like a turned rig";
   EXPECT_TRUE(result.events.empty());
   EXPECT_TRUE(result.markers.empty());
   EXPECT_NEAR(result.plane_factor, 1, 0.1);
@@ -124,16 +135,123 @@ TEST(MountFromPlanes, ThatScatterMoreThanStatedAreReported) {
   EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
 }
 
+/// Reported distances of planes times `scale`, by a sensor that is turned against the rig.
+MountData by_sensor(const MountDrive& made, double scale, const Vec3& turn = Vec3::Zero()) {
+  MountData data = data_of(made);
+  for (MarkerSighting& seen : data.sightings) {
+    if (!seen.is_plane) continue;
+    Pose& plane_from_rig = seen.marker_from_rig.pose;
+    plane_from_rig.translation *= scale;
+    plane_from_rig = plane_from_rig * Pose(so3_exp(turn), Vec3::Zero());
+  }
+  return data;
+}
+
 TEST(MountFromPlanes, ByADepthSensorOfAnotherScaleAreReported) {
   const MountDrive made = walk(room(805));
-  MountData data = data_of(made);
-  for (MarkerSighting& seen : data.sightings) seen.marker_from_rig.pose.translation *= 1.02;
-  const MountResult result = calibrate_mount(data, on_the_floor());
-  EXPECT_NEAR(result.scale, 1 / 1.02, 0.004);
+  const MountResult result = calibrate_mount(by_sensor(made, 1.02), on_the_floor());
+  EXPECT_EQ(result.scale, 1) << "of the localiser";
+  EXPECT_NEAR(result.plane_sensor->scale, 1.02, 0.004);
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6) << "the mount allows for it";
   const Diagnostic* const remark = result.diagnostics.find("lengths_disagree");
   ASSERT_NE(remark, nullptr);
   EXPECT_EQ(remark->severity, Severity::kFailure);
   EXPECT_NE(remark->message.find("depth sensor's scale"), std::string::npos) << remark->message;
+}
+
+/// As sensors are: the mount and its sigmas allow for it, without a remark.
+TEST(MountFromPlanes, AllowForASensorThatIsHalfAPercentOff) {
+  const MountDrive made = walk(room(811));
+  const MountData data = by_sensor(made, 0.995);
+  const MountResult result = calibrate_mount(data, on_the_floor());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  EXPECT_NEAR(result.plane_sensor->scale, 0.995, 4 * scale_sigma(result));
+  EXPECT_EQ(result.diagnostics.find("lengths_disagree"), nullptr);
+  MountOptions exact = on_the_floor();
+  exact.plane_sensor = {0, 0};
+  const MountResult believed = calibrate_mount(data, exact);
+  EXPECT_GT(deviation(believed, made).chi2, kChi2Of6) << "the height is 4.7 mm off, by a sigma of 1 mm";
+  EXPECT_LT(scale_sigma(believed), 2e-6);
+}
+
+TEST(MountFromPlanes, WithMarkersHaveTheMetresAndTheFrameOfTheMarkers) {
+  const MountDrive made = walk(room(812, SightingKind::kBoth));
+  const Vec3 turn(0.008, -0.003, 0.002);  // 0.5 degrees
+  const MountResult result = calibrate_mount(by_sensor(made, 1.03, turn), on_the_floor());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  EXPECT_NEAR(result.plane_sensor->scale, 1.03, 4 * scale_sigma(result));
+  EXPECT_LT((result.plane_sensor->turn - turn).norm(), 0.001) << result.plane_sensor->turn.transpose();
+  const Diagnostic* const remark = result.diagnostics.find("plane_sensor_off");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_EQ(remark->severity, Severity::kWarning);
+}
+
+/// A sensor does not tell which plane it sees.
+MountData without_names(MountData data) {
+  for (MarkerSighting& seen : data.sightings)
+    if (seen.is_plane) seen.marker.clear();
+  return data;
+}
+
+TEST(MountFromPlanes, NeedNoNames) {
+  for (const std::uint64_t seed : {801, 813}) {
+    const MountDrive made = walk(room(seed));
+    const MountResult named = calibrate_mount(data_of(made), on_the_floor()),
+                      result = calibrate_mount(without_names(data_of(made)), on_the_floor());
+    EXPECT_LT(deviation(result, made).chi2, kChi2Of6) << seed;
+    EXPECT_TRUE(result.events.empty()) << seed;
+    EXPECT_EQ(result.planes.size(), named.planes.size()) << "walls that return are joined, " << seed;
+    EXPECT_EQ(std::count_if(result.planes.begin(), result.planes.end(),
+                            [](const MountPlane& plane) { return plane.name == "plane_floor"; }),
+              1)
+        << seed;
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_LT(result.directions[i].sigma, 1.2 * named.directions[i].sigma) << result.directions[i].name;
+  }
+}
+
+TEST(MountFromPlanes, WithoutNamesStandBumpsOutliersAndClocks) {
+  MountDriveOptions options = room(815);
+  options.outliers = 0.05;
+  options.bump_time = 20;
+  options.latency = 0.4;
+  const MountDrive made = walk(options, 40);
+  const MountResult result = calibrate_mount(without_names(data_of(made)), on_the_floor());
+  EXPECT_LT(deviation(result, made).chi2, kChi2Of6);
+  ASSERT_EQ(result.events.size(), 1u);
+  EXPECT_NEAR(result.events[0].time, 20 + made.time_offset, 1);
+}
+
+/// A ceiling is as steady as a floor, and a table lies between them.
+TEST(MountFromPlanes, OfCeilingTableAndFloorTheFloorIsFound) {
+  const MountDrive made = walk(room(816));
+  MountData data = without_names(data_of(made));
+  std::vector<MarkerSighting> more;
+  const Pose rig_from_base = made.sightings.base_from_rig.inverse();
+  const Pose ceiling(so3_exp(Vec3(kPi, 0, 0)), Vec3(0.6, -0.2, 2.6)),
+      table(Pose().rotation, Vec3(0.9, 0.3, 0.7));
+  for (std::size_t i = 0; i < data.sightings.size(); i += 2)
+    for (const Pose& base_from_plane : {ceiling, table}) {
+      MarkerSighting seen = data.sightings[i];
+      seen.marker_from_rig.pose = (rig_from_base * base_from_plane).inverse();
+      more.push_back(seen);
+    }
+  data.sightings.insert(data.sightings.end(), more.begin(), more.end());
+  const MountResult result = calibrate_mount(data, on_the_floor());
+  EXPECT_NEAR(result.base_from_rig.pose.translation.z(), looking_down().translation.z(),
+              4 * result.directions[5].sigma);
+  EXPECT_LT(deviation(result, made).at_two_metres, 0.015);
+}
+
+TEST(MountFromPlanes, WithoutNamesAndWithoutAFloorAreRefused) {
+  const MountDrive made = walk(room(817), 30);
+  MountData walls = data_of(made);
+  walls.sightings.erase(
+      std::remove_if(walls.sightings.begin(), walls.sightings.end(),
+                     [](const MarkerSighting& seen) { return seen.marker == "plane_floor"; }),
+      walls.sightings.end());
+  const std::string words = refusal(without_names(walls), on_the_floor(), ErrorKind::kDegenerate);
+  EXPECT_NE(words.find("as a floor does"), std::string::npos) << words;
 }
 
 TEST(MountFromPlanes, WithoutAStatedFloorDoNotGiveTheHeight) {
@@ -185,9 +303,16 @@ TEST(TwoHundredMountsFromPlanes, AreAsGoodAsTheyState) {
   if (const char* text = std::getenv("PROCAM_MOUNT_DRIVES")) drives = std::atoi(text);
   double squares = 0, time = 0;
   std::array<double, 6> in_sigmas{};  // mean square
+  std::mt19937 random(8199);
+  std::normal_distribution<double> normal;
   for (int drive = 0; drive < drives; ++drive) {
     const MountDrive made = walk(room(8200 + std::uint64_t(drive)));
-    const MountResult result = calibrate_mount(data_of(made), on_the_floor());
+    MountOptions stated = on_the_floor();
+    const MountPlaneSensor& sensor = stated.plane_sensor;
+    const double scale = 1 + sensor.scale_sigma * normal(random);
+    const Vec3 turn = sensor.turn_sigma * Vec3(normal(random), normal(random), normal(random));
+    stated.floor->below = stated.floor->sigma * normal(random);
+    const MountResult result = calibrate_mount(without_names(by_sensor(made, scale, turn)), stated);
     const Deviation off = deviation(result, made);
     const Pose &found = result.base_from_rig.pose, &truth = made.sightings.base_from_rig;
     Vec6 error;

@@ -226,14 +226,18 @@ TEST(MountCosts, HaveTheDerivativesOfTheirResiduals) {
       }
     }
     for (std::size_t n = 0; n < numbers.size(); ++n) {
-      const double from = *numbers[n];
-      *numbers[n] = from + kStep, cost.Evaluate(parameters.data(), ahead.data(), nullptr);
-      *numbers[n] = from - kStep, cost.Evaluate(parameters.data(), behind.data(), nullptr);
-      *numbers[n] = from;
-      for (int r = 0; r < rows; ++r)
-        EXPECT_NEAR(storage[blocks.size() + n][std::size_t(r)], (ahead[r] - behind[r]) / (2 * kStep),
-                    tolerance)
-            << "number " << n << " row " << r;
+      const int size = cost.parameter_block_sizes()[blocks.size() + n];
+      for (int k = 0; k < size; ++k) {
+        double& number = numbers[n][k];
+        const double from = number;
+        number = from + kStep, cost.Evaluate(parameters.data(), ahead.data(), nullptr);
+        number = from - kStep, cost.Evaluate(parameters.data(), behind.data(), nullptr);
+        number = from;
+        for (int r = 0; r < rows; ++r)
+          EXPECT_NEAR(storage[blocks.size() + n][std::size_t(size * r + k)],
+                      (ahead[r] - behind[r]) / (2 * kStep), tolerance)
+              << "block of numbers " << n << ", " << k << " row " << r;
+      }
     }
   };
   constexpr auto kRight = PoseManifold::Side::kRight, kMount = PoseManifold::Side::kMount;
@@ -249,7 +253,8 @@ TEST(MountCosts, HaveTheDerivativesOfTheirResiduals) {
   plane.alpha = 0.37;
   plane.rig_from_plane = sighting.rig_from_marker * Pose(so3_exp(Vec3(0, 0, 0.8)), Vec3(1.1, -0.6, 0));
   plane.whiten << 3, 0, 0, 0.5, 2, 0, -0.3, 0.2, 4;
-  check(plane, {base, next, rig, marker}, {kRight, kRight, kMount, kRight}, {}, 2e-5);
+  double sensor[] = {1.03, 0.02, -0.03, 0.01};
+  check(plane, {base, next, rig, marker}, {kRight, kRight, kMount, kRight}, {sensor}, 2e-5);
   FloorPlaneCost below;
   below.below = 0.12, below.inverse_sigma = 7;
   check(below, {Pose(so3_exp(Vec3(0.01, -0.02, 0.3)), Vec3(1, 2, -0.1))}, {kRight}, {}, 2e-5);

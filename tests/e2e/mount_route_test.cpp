@@ -85,6 +85,47 @@ TEST(MountRoute, FindsTheRigByFloorAndWalls) {
   EXPECT_EQ(run_tool("simulate-robot", "--see walls -o " + file("base.log")).exit_code, 2);
 }
 
+/// A furnished room, as a Kinect sees it. Nobody names its planes.
+TEST(MountRoute, FindsTheRigByDepthImages) {
+  const ScratchFolder folder;
+  const auto file = [&](const char* name) { return (folder / name).string(); };
+  ASSERT_EQ(
+      run_tool(
+          "simulate-robot",
+          "--path walk --duration 40s --noise 10mm,0.5deg --seed 4 --clock-offset 80ms --see planes -o " +
+              file("base.log") + " --sightings " + file("sightings.log") + " --save-mount " +
+              file("true.json") + " --save-depth " + file("depth"))
+          .exit_code,
+      0);
+  const std::string inputs = "--base " + file("base.log") + " --depth " + file("depth") +
+                             " --intrinsics 585,585,319.5,239.5 -o " + file("mount.json") + " --json ";
+  const ToolRun run = run_tool("calibrate-mount", inputs + "--floor 0mm+-1mm");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json json = run.json();
+  EXPECT_TRUE(json["unobservable"].empty());
+  EXPECT_NEAR(json["time_offset"].get<double>(), 0.08, 0.01);
+  const Pose truth = io::load_pose(file("true.json")).target_from_source.pose;
+  const FrameTree::Link mount = io::load_pose(file("mount.json"));
+  const Vec6 error = se3_log(mount.target_from_source.pose * truth.inverse());
+  EXPECT_LT(error.dot(mount.target_from_source.covariance.ldlt().solve(error)), 27.9);  // 1 in 10 000
+  const Vec3 ahead(0, 0, 2);
+  EXPECT_LT((mount.target_from_source.pose * ahead - truth * ahead).norm(), 0.015);
+
+  const ToolRun metres = run_tool("calibrate-mount", inputs + "--floor 0mm+-1mm --depth-scale 0.01mm");
+  EXPECT_EQ(metres.exit_code, 3);
+  EXPECT_NE(metres.err.find("median depth"), std::string::npos) << metres.err;
+  EXPECT_EQ(run_tool("calibrate-mount",
+                     "--base " + file("base.log") + " --depth " + file("depth") + " -o " + file("mount.json"))
+                .exit_code,
+            2)
+      << "without intrinsics";
+  EXPECT_EQ(run_tool("simulate-robot", "--path walk --see planes -o " + file("base.log") + " --sightings " +
+                                           file("sightings.log") + " --save-depth " + file("depth"))
+                .exit_code,
+            3)
+      << "the folder holds files";
+}
+
 /// Of a head and of an arm: the mount, and where they stand in the room.
 void expect_mount_like_the_true_one(const ScratchFolder& folder, const std::string& path,
                                     const std::string& flag) {

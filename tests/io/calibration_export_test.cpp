@@ -125,6 +125,36 @@ TEST(CalibrationExport, KalibrReadsBackWithItsChain) {
   }
 }
 
+/// Kalibr's reader wants floats, all four coefficients, and the cameras that see the same; Python's YAML reads "500" as
+/// an integer and "1e-05" as a text.
+TEST(CalibrationExport, KalibrAndRosGetFloats) {
+  Rig rig = lopsided_rig(0, BrownConrady{{-0.25, 0, 1e-5, -2e-7, 0}});
+  rig.cameras[0].camera.intrinsics = {500, 501, 633.25, 400, 0};
+  const std::string chain = export_calibration(CalibrationFormat::kKalibr, rig).text;
+  EXPECT_TRUE(test::contains(chain,
+                             "  cam_overlaps: [1]\n  camera_model: pinhole\n"
+                             "  distortion_coeffs: [-0.25, 0.0, 1.0e-05, -2.0e-07]\n"
+                             "  distortion_model: radtan\n  intrinsics: [500.0, 501.0, 633.25, 400.0]\n"
+                             "  resolution: [1280, 960]\n"))
+      << chain;
+  EXPECT_TRUE(test::contains(chain, "  - [0.0, 0.0, 0.0, 1.0]\n  cam_overlaps: [0]\n")) << chain;
+  const std::string info = export_calibration(CalibrationFormat::kRos, rig, "left").text;
+  EXPECT_TRUE(test::contains(info, "data: [500.0, 0.0, 633.25, 0.0, 501.0, 400.0, 0.0, 0.0, 1.0]\n")) << info;
+  EXPECT_TRUE(test::contains(info, "data: [-0.25, 0.0, 1.0e-05, -2.0e-07, 0.0]\n")) << info;
+  // Without distortion: Kalibr makes no camera of its model "none".
+  rig.cameras[0].camera.distortion = NoDistortion{};
+  rig.cameras[0].camera.intrinsics.cy = -20.5;
+  rig.projectors.clear();
+  const ForeignCalibration alone = export_calibration(CalibrationFormat::kKalibr, rig);
+  EXPECT_TRUE(test::contains(alone.text,
+                             "  cam_overlaps: []\n  camera_model: pinhole\n"
+                             "  distortion_coeffs: [0.0, 0.0, 0.0, 0.0]\n"
+                             "  distortion_model: radtan\n"))
+      << alone.text;
+  EXPECT_TRUE(alone.diagnostics.find("kalibr_refuses_centre"));
+  expect_same_lens(read_back(alone.text).camera().camera, rig.camera().camera);
+}
+
 TEST(CalibrationExport, MrcalReadsBackWithItsPose) {
   for (const Distortion& lens : {Distortion(kBrown), Distortion(kRational), Distortion(NoDistortion{})}) {
     const Rig rig = lopsided_rig(0, lens);

@@ -130,6 +130,10 @@ TEST(CalibrationFile, ReadsRosCameraInfo) {
   const Rig message = load_calibration(golden("ros_camera_info_message.yaml"));
   expect_golden_camera(message.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005});
   EXPECT_STREQ(name_of(message.camera().camera.distortion), "fisheye");
+  const Scratch scratch;
+  EXPECT_ERROR(load_calibration(
+                   scratch.write("ost.txt", "# oST version 5.0 parameters\n\n\n[image]\n\nwidth\n1280\n")),
+               kUnsupported, "give ost.yaml");
 }
 
 TEST(CalibrationFile, ReadsKalibrsChainInMetres) {
@@ -144,6 +148,80 @@ TEST(CalibrationFile, ReadsKalibrsChainInMetres) {
              cam2_from_rig = rig.camera("cam2").rig_from_camera.inverse();
   expect_golden_pose(cam1_from_rig);
   EXPECT_LT((cam2_from_rig * Vec3(1, 2, 3) - Vec3(-1.9, 0.4, 5.25)).norm(), 1e-12);
+}
+
+/// OpenVINS' chains have each camera's pose to the IMU alone, Kalibr's both.
+TEST(CalibrationFile, ReadsChainsThatGoByTheImu) {
+  const auto expect_chain = [](const std::filesystem::path& file) {
+    const Rig rig = load_calibration(file);
+    ASSERT_EQ(rig.cameras.size(), 2u);
+    expect_golden_camera(rig.camera("cam0").camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+    EXPECT_STREQ(name_of(rig.camera("cam1").camera.distortion), "fisheye");
+    expect_golden_pose(rig.camera("cam1").rig_from_camera.inverse());
+  };
+  expect_chain(golden("kalibr_openvins.yaml"));
+  const Scratch scratch;
+  std::string text = read_file(golden("kalibr_openvins.yaml"));
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+  };
+  const std::string rows0 =
+                        "[0.0, 0.0, 1.0, 0.02]\n    - [1.0, 0.0, 0.0, -0.03]\n    - [0.0, 1.0, 0.0, 0.05]",
+                    rows1 =
+                        "[0.0, 0.0, 1.0, -0.23]\n    - [0.0, 1.0, 0.0, 0.57]\n    - [-1.0, 0.0, 0.0, 0.15]";
+  replace(rows0, "[0.0, 1.0, 0.0, 0.03]\n    - [0.0, 0.0, 1.0, -0.05]\n    - [1.0, 0.0, 0.0, -0.02]");
+  replace(rows1, "[0.0, 0.0, -1.0, 0.15]\n    - [0.0, 1.0, 0.0, -0.57]\n    - [1.0, 0.0, 0.0, 0.23]");
+  replace("T_imu_cam", "T_cam_imu");
+  replace("T_imu_cam", "T_cam_imu");
+  expect_chain(scratch.write("chain.yaml", text));
+  replace("T_cam_imu", "T_cam_body");
+  EXPECT_ERROR(load_calibration(scratch.write("chain.yaml", text)), kInput, "'T_cn_cnm1' is missing");
+}
+
+/// The rig is the body.
+TEST(CalibrationFile, ReadsASensorOfTheEurocLayout) {
+  const Rig rig = load_calibration(golden("euroc_sensor.yaml"));
+  expect_golden_camera(rig.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+  expect_golden_pose(rig.camera().rig_from_camera.inverse());
+  EXPECT_EQ(rig.provenance.tool, "EuRoC");
+  const Scratch scratch;
+  std::string omni = read_file(golden("euroc_sensor.yaml"));
+  omni.replace(omni.find("pinhole"), 7, "omni");
+  EXPECT_ERROR(load_calibration(scratch.write("s.yaml", omni)), kUnsupported, "no camera model 'omni'");
+}
+
+/// Scripts around cv2.calibrateCamera call it by many names; a lens that is read without its distortion is wrong
+/// everywhere.
+TEST(CalibrationFile, FindsTheDistortionUnderItsManyNames) {
+  const Scratch scratch;
+  const auto load = [&](const std::string& fields) {
+    const std::string k = R"({"camera_matrix": [[1401.125, 0, 633.25], [0, 1398.75, 501.5], [0, 0, 1]], )";
+    return load_calibration(scratch.write("c.json", k + fields + "}")).camera().camera;
+  };
+  for (const char* const name : {"dist_coeff", "dist_coefs", "dist_coef", "distortion", "distCoeffs",
+                                 "distortionCoefficients", "Dist"})
+    expect_golden_camera(
+        load("\"" + std::string(name) +
+             R"(": [[-0.2125, 0.0625, 0.00125, -0.0005, 0.015625]], "image_size": [1280, 960])"),
+        kTerms);
+  const std::string terms = R"("k1": -0.2125, "k2": 0.0625, "p1": 0.00125, "p2": -0.0005, "k3": 0.015625)";
+  expect_golden_camera(load(terms + R"(, "frame_w": 1280, "frame_h": 960)"), kTerms);
+  expect_golden_camera(
+      load("\"distortion\": {" + terms + R"(}, "resolution": {"width": 1280, "height": 960})"), kTerms);
+  expect_golden_camera(load(R"("k1": -0.2125, "k2": 0.0625, "k3": 0.00125, "k4": -0.0005, "size": [1280, 960],
+                                "distortion_model": "equidistant")"),
+                       {-0.2125, 0.0625, 0.00125, -0.0005});
+  EXPECT_ERROR(load(R"("k1": -0.2125, "k4": -0.0005, "size": [1280, 960])"), kInput,
+               "which lens its k1 to k4");
+  EXPECT_ERROR(load(R"("lens_distortion_terms": [-0.2125, 0.0625, 0, 0], "size": [1280, 960])"), kInput,
+               "lens_distortion_terms: procam does not know this name");
+  EXPECT_ERROR(load(R"("distortion_model": "plumb_bob", "size": [1280, 960])"), kInput,
+               "its coefficients are missing");
+  // What is no distortion is no hindrance.
+  EXPECT_TRUE(std::holds_alternative<NoDistortion>(
+      load(R"("distances_mm": [300, 500], "undistorted_matrix": [1, 2], "size": [1280, 960])").distortion));
 }
 
 TEST(CalibrationFile, ReadsProjectorCameraPrograms) {
@@ -259,6 +337,13 @@ TEST(CalibrationFile, NamedNumbersHaveTheMeaningOfTheirProgram) {
   EXPECT_ERROR(load("nerf_transforms.json", "OPENCV", "EQUIRECTANGULAR"), kUnsupported, "OPENCV_FISHEYE");
   EXPECT_STREQ(name_of(load("nerf_transforms.json", "OPENCV", "OPENCV_FISHEYE").distortion), "fisheye");
   EXPECT_ERROR(load("open3d_intrinsic.json", "0.0,", "633.25,"), kInput, "column by column");
+  const Camera ngp = load("nerf_transforms.json", "\"camera_model\": \"OPENCV\"", "\"is_fisheye\": true");
+  EXPECT_STREQ(name_of(ngp.distortion), "fisheye");
+  EXPECT_ERROR(load("nerf_transforms.json", "\"k1\"", "\"k4\": 0.25, \"k1\""), kUnsupported, "no such term");
+  const Camera rows = load("open3d_intrinsic.json", read_file(golden("open3d_intrinsic.json")),
+                           R"({"width": 1280, "height": 960,
+               "intrinsic_matrix": [[1401.125, 0, 633.25], [0, 1398.75, 501.5], [0, 0, 1]]})");
+  expect_golden_camera(rows, {});
   EXPECT_ERROR(load("realsense.json", "distortion.brown_conrady", "distortion.inverse_brown_conrady"),
                kUnsupported, "calibrate-camera");
   EXPECT_STREQ(name_of(load("realsense.json", "distortion.brown_conrady", "Brown Conrady").distortion),
@@ -288,6 +373,48 @@ TEST(CalibrationFile, ReadsWhatEditorsMakeOfIt) {
   std::string tabs = read_file(golden("ros_camera_info.yaml"));
   for (std::size_t at = 0; (at = tabs.find(": ", at)) != std::string::npos; ++at) tabs.replace(at, 2, ":\t");
   expect_golden_camera(load_calibration(scratch.write("t.yaml", tabs)).cameras[0].camera, kTerms);
+}
+
+/// OpenCV's own YAML reader takes them, and ORB-SLAM's settings for EuRoC have both.
+TEST(CalibrationFile, ReadsFieldsWithoutABlankBehindTheColon) {
+  const Scratch scratch;
+  std::string text = read_file(golden("orb_slam3.yaml")) + "\nViewer.PointSize:2\n";
+  const std::string from = "data: [0, -1";
+  text.replace(text.find(from), from.size(), "data:[0, -1");
+  const Rig rig = load_calibration(scratch.write("c.yaml", text));
+  expect_golden_camera(rig.cameras[0].camera, kTerms);
+  expect_golden_pose(rig.cameras[0].rig_from_camera.inverse() * rig.cameras[1].rig_from_camera);
+  EXPECT_ERROR(load_calibration(scratch.write("c.yaml", "a photograph: of\nit is:2\n")), kInput, "no field");
+}
+
+/// Before version 1.0 mrcal had an underscore.
+TEST(CalibrationFile, ReadsMrcalsOldFiles) {
+  const Scratch scratch;
+  std::string text = read_file(golden("mrcal.cameramodel"));
+  const std::size_t at = text.find("'lensmodel'");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, 11, "'lens_model'");
+  const Rig rig = load_calibration(scratch.write("old.cameramodel", text));
+  expect_golden_camera(rig.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0.015625, 0, 0.25, 0.03125});
+  expect_golden_pose(rig.camera().rig_from_camera.inverse());
+}
+
+/// A rotation of no special axis, written with five decimals.
+TEST(CalibrationFile, ReadsRotationsThatWereRounded) {
+  const Scratch scratch;
+  std::string chain = read_file(golden("kalibr_camchain.yaml"));
+  const std::string from = "[0.0, -1.0, 0.0, 0.1]\n  - [1.0, 0.0, 0.0, -0.6]\n  - [0.0, 0.0, 1.0, 0.25]";
+  ASSERT_NE(chain.find(from), std::string::npos);
+  chain.replace(chain.find(from), from.size(),
+                "[0.97912, -0.16729, 0.11549, 0.1]\n  - [0.19952, 0.89968, -0.38829, -0.6]\n"
+                "  - [-0.03895, 0.40323, 0.91427, 0.25]");
+  const Pose cam1_from_rig =
+      load_calibration(scratch.write("c.yaml", chain)).camera("cam1").rig_from_camera.inverse();
+  const Vec3 by_hand(0.97912 + 2 * (-0.16729) + 3 * (0.11549) + 0.1,
+                     0.19952 + 2 * (0.89968) + 3 * (-0.38829) - 0.6,
+                     -0.03895 + 2 * (0.40323) + 3 * (0.91427) + 0.25);
+  constexpr double kRounding = 5e-5;  // five decimals, times the three coordinates
+  EXPECT_LT((cam1_from_rig * Vec3(1, 2, 3) - by_hand).norm(), kRounding);
 }
 
 TEST(CalibrationFile, RefusesAChainWithAGap) {
@@ -349,8 +476,23 @@ TEST(CalibrationFile, ReadsCamerasOfScenes) {
   EXPECT_ERROR(load(scene, "\"camera\": 0", "\"camera\": 7"), kInput, "nothing of this number");
   EXPECT_ERROR(load(scene, "\"children\": [1]", "\"children\": [0, 1]"), kInput, "ring");
   EXPECT_ERROR(load(scene, "\"camera\": 0, ", ""), kInput, "no node of the scene has a camera");
-  EXPECT_ERROR(load(scene, "\"name\": \"head\",", "\"name\": \"head\", \"scale\": [2, 2, 2],"), kInput,
-               "no scale");
+  // Scale moves what is below a node; how the camera sees it does not change.
+  const Rig scaled = load(scene, "\"name\": \"head\",", "\"name\": \"head\", \"scale\": [2, 2, 2],");
+  EXPECT_LT((scaled.cameras[0].rig_from_camera * Vec3(0, 0, 2) - Vec3(-2, 2, 3)).norm(), 1e-12);
+  const Rig rounded = load(scene, "\"name\": \"eye\",", "\"name\": \"eye\", \"scale\": [1, 0.9999999, 1],");
+  EXPECT_LT((rounded.cameras[0].rig_from_camera * Vec3(0, 0, 2) - Vec3(-1.5, 2, 3)).norm(), 1e-12);
+  EXPECT_ERROR(load(scene, "\"name\": \"head\",", "\"name\": \"head\", \"scale\": [-2, 2, 2],"), kInput,
+               "shears or mirrors");
+  // An orthographic camera beside a perspective one is skipped.
+  std::string two = scene;
+  two.replace(two.find("\"cameras\": ["), 12,
+              R"("cameras": [{"type": "orthographic", "orthographic": {}}, )");
+  two.replace(two.find("\"camera\": 0"), 11, "\"camera\": 1");
+  two.replace(two.find("\"translation\": [0, 0, -0.5]}"), 28,
+              R"("translation": [0, 0, -0.5]}, {"name": "plan", "camera": 0})");
+  const Rig one_of_two = load(two, "", "");
+  ASSERT_EQ(one_of_two.cameras.size(), 1u);
+  EXPECT_EQ(one_of_two.cameras[0].name, "eye");
   context.camera_size = std::nullopt;
   EXPECT_ERROR(load(scene, "", ""), kInput, "give --camera-size");
 }
@@ -371,6 +513,12 @@ TEST(CalibrationFile, ReadsTheCameraOfASdfModel) {
   EXPECT_NEAR(plain.intrinsics.fx, 640 / std::tan(0.425), 1e-9);
   EXPECT_EQ(plain.intrinsics.fy, plain.intrinsics.fx);
   EXPECT_EQ(plain.intrinsics.cy, 479.5);
+  // Gazebo's own models have attributes beside texts.
+  expect_golden_camera(
+      load("<sensor", "<pose frame=\"\">0 -0.05 0.004 0 0 0</pose><sensor").cameras[0].camera,
+      {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+  EXPECT_EQ(load("<fx>1401.125</fx>", "<fx unit=\"px\">1401.125</fx>").cameras[0].camera.intrinsics.fx,
+            1401.125);
   EXPECT_ERROR(load("<center>0.5 0.5</center>", "<center>0.4 0.5</center>"), kUnsupported,
                "centre of distortion");
   EXPECT_ERROR(load("type=\"camera\"", "type=\"gpu_lidar\""), kUnsupported, "frames and no camera");
@@ -399,6 +547,8 @@ TEST(CalibrationFile, NamesFileLineAndField) {
   EXPECT_ERROR(load(ros, "1401.125", ".nan"), kInput, "camera_matrix.data[0]");
   EXPECT_ERROR(load(ros, "1401.125, ", ""), kInput, "it has 8 numbers where its rows and columns make 9");
   EXPECT_ERROR(load(ros, "plumb_bob", "plum_bob"), kUnsupported, "did you mean 'plumb_bob'");
+  EXPECT_ERROR(load(ros, "cols: 5\n  data: [", "cols: 6\n  data: [0.25, "), kUnsupported,
+               "rational_polynomial has 8");
   EXPECT_ERROR(load(ros, "camera_matrix", "matrix"), kInput, "no calibration is recognised");
   EXPECT_ERROR(load(ros, "image_width", "width_of_image"), kInput, "size of the camera's image");
   EXPECT_ERROR(load(ros, "cols: 5", "cols: 500000000"), kInput, "no number of rows or columns");
@@ -427,7 +577,8 @@ TEST(CalibrationFile, SurvivesDamage) {
   for (const char* const name :
        {"opencv_camera.yml", "opencv_tutorial.xml", "ros_camera_info.yaml", "kalibr_camchain.yaml",
         "plain.json", "procamcalib.yml", "orb_slam3.yaml", "camodocal_vins.yaml", "nerf_transforms.json",
-        "open3d_intrinsic.json", "metashape.xml", "realsense.json", "gazebo.sdf", "scene.gltf"}) {
+        "open3d_intrinsic.json", "metashape.xml", "realsense.json", "gazebo.sdf", "scene.gltf",
+        "kalibr_openvins.yaml", "euroc_sensor.yaml"}) {
     const std::string whole = read_file(golden(name));
     for (int trial = 0; trial < 400; ++trial) {
       std::string damaged = whole;

@@ -144,10 +144,11 @@ void expect_true_planes(const std::filesystem::path& folder, const std::string& 
   LightImages images;
   images.folder = folder;
   images.pattern = pattern;
-  const PlanesInLight found = planes_in_light(images, rig.camera, rig.projector);
+  const PlaneSightings found = planes_in_light(images, rig.camera, rig.projector);
   const std::vector<Station> all = stations();
   ASSERT_EQ(found.sightings.size(), all.size());
-  EXPECT_EQ(found.images, int(all.size()));
+  EXPECT_EQ(found.images, all.size());
+  EXPECT_EQ(found.images_without_plane, 0u);
   EXPECT_TRUE(found.diagnostics.items.empty());
   const simulate::Room room = lit_room();
   double tilt = 0, distance = 0;
@@ -193,7 +194,7 @@ class MountLight : public testing::Test {
     io::save_image(folder_ / name, seen(lit_room(), rig, room_from_rig,
                                         still_frame(pattern, rig.projector.projector.size()), 5));
   }
-  PlanesInLight planes(const std::string& pattern) const {
+  PlaneSightings planes(const std::string& pattern) const {
     const Carried rig = carried_rig();
     LightImages images;
     images.folder = folder_;
@@ -237,10 +238,9 @@ TEST_F(MountLight, ImagesOfTwoPlanesAndOfNoBoardAreSkippedAndCounted) {
   add("8.png", kIntoTheCorner, "markers");
   add("1403636579763555584.png", stations()[5].room_from_rig, "charuco");
   io::save_image(folder_ / "9.5.png", ImageU8(640, 480));
-  const PlanesInLight found = planes("markers");
-  EXPECT_EQ(found.images, 4);
-  EXPECT_EQ(found.without_plane, 1);
-  EXPECT_EQ(found.without_board, 2);
+  const PlaneSightings found = planes("markers");
+  EXPECT_EQ(found.images, 4u);
+  EXPECT_EQ(found.images_without_plane, 3u);
   ASSERT_EQ(found.sightings.size(), 1u);
   EXPECT_EQ(found.sightings[0].time, 7);
   const Diagnostic* skipped = found.diagnostics.find("images_skipped");

@@ -90,6 +90,20 @@ TEST(Trajectory, CovarianceOfOdometryIsOfTheLeftIncrement) {
   EXPECT_NEAR(c(3, 3), 0.01 + t.z() * t.z() * 0.002 + t.y() * t.y() * 0.003, 1e-9);
 }
 
+/// rostopic echo -p writes nanoseconds, and a simulation's clock begins at zero.
+TEST(Trajectory, OfASimulationHasSmallTimes) {
+  const TextFile file(
+      "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.pose.position.x,field.pose.position.y,"
+      "field.pose.position.z,field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,"
+      "field.pose.orientation.w\n"
+      "12500000000,5,12250000000,odom,1.5,-2.25,0.75,0,0,0.6,0.8\n"
+      "12600000000,6,12350000000,odom,1.6,-2.35,0.75,0,0,0.6,0.8\n");
+  const Trajectory read = read_trajectory(file.path());
+  ASSERT_EQ(read.poses.size(), 2u);
+  EXPECT_NEAR(*read.poses[0].stamp, 12.25, 1e-9);
+  EXPECT_NEAR(*read.poses[1].stamp, 12.35, 1e-9);
+}
+
 TEST(Trajectory, IsASourceOfPoses) {
   const auto source = open_pose_source("log:" + golden("euroc.csv") + "@0");
   std::vector<StampedPose> arrived;

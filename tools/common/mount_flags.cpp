@@ -51,31 +51,10 @@ void declare_inputs(CLI::App& app, MountFlags& flags) {
       ->excludes(base)
       ->excludes(arm);
   arm->excludes(base);
-  auto* sightings = app.add_option(
+  app.add_option(
       "--sightings", flags.files.sightings,
       "Pose log of what the rig sees of markers and planes: frame 'marker_3' or 'plane_floor', child "
       "'rig', with covariance (docs/mount.md)");
-  auto* images = app.add_option("--images", flags.folder,
-                                "Or images of the rig's camera, each called after its time in seconds or "
-                                "nanoseconds; with --rig, --dictionary and --marker-size");
-  sightings->excludes(images);
-  auto* rig = app.add_option("--rig", flags.rig, "rig.json, for --images");
-  images->needs(rig);
-  app.add_option("--camera-name", flags.camera, "its name, for a rig with several");
-  add_parsed(
-      app, "--dictionary",
-      [&flags](const std::string& text) {
-        const auto dictionary = marker_dictionary_named(text);
-        if (!dictionary)
-          throw Error(ErrorKind::kInput, "'" + text + "'", "no dictionary is called so",
-                      "give e.g. apriltag_36h11 or 4x4_50");
-        flags.images.dictionary = *dictionary;
-      },
-      "Dictionary of the markers in --images (default apriltag_36h11)");
-  auto* size = add_parsed(
-      app, "--marker-size", [&flags](const std::string& text) { flags.images.size = io::parse_length(text); },
-      "Side of their black squares, e.g. 160mm");
-  images->needs(size);
   add_parsed(
       app, "--noise",
       [&flags](const std::string& text) {
@@ -91,6 +70,59 @@ void declare_inputs(CLI::App& app, MountFlags& flags) {
   app.add_option("--child", flags.files.child,
                  "Frame of the base or flange in the log (default base, of an arm flange)");
   app.add_option("--rig-frame", flags.files.rig, "Frame of the rig in the log (default rig)");
+}
+
+void declare_images(CLI::App& app, MountFlags& flags) {
+  auto* images =
+      app.add_option("--images", flags.folder,
+                     "Images of the rig's camera that show markers, each called after its time in seconds or "
+                     "nanoseconds; with --rig, --dictionary and --marker-size");
+  auto* rig = app.add_option("--rig", flags.rig, "rig.json, for --images and --depth");
+  images->needs(rig);
+  app.add_option("--camera-name", flags.camera, "The camera of --images, for a rig with several");
+  add_parsed(
+      app, "--dictionary",
+      [&flags](const std::string& text) {
+        const auto dictionary = marker_dictionary_named(text);
+        if (!dictionary)
+          throw Error(ErrorKind::kInput, "'" + text + "'", "no dictionary is called so",
+                      "give e.g. apriltag_36h11 or 4x4_50");
+        flags.images.dictionary = *dictionary;
+      },
+      "Dictionary of the markers in --images (default apriltag_36h11)");
+  auto* size = add_parsed(
+      app, "--marker-size", [&flags](const std::string& text) { flags.images.size = io::parse_length(text); },
+      "Side of their black squares, e.g. 160mm");
+  images->needs(size);
+  auto* depth = app.add_option(
+      "--depth", flags.depth_folder,
+      "Depth images, each called after its time: 16 bits (.png, .tif), or floats in metres (.tif, "
+      ".pfm). Floor and walls are found in them; with --rig or --intrinsics");
+  app.add_option("--depth-camera", flags.depth_camera,
+                 "The depth camera's name, for a rig with several cameras")
+      ->needs(depth)
+      ->needs(rig);
+  app.add_option(
+         "--intrinsics", flags.intrinsics,
+         "Of the depth camera, where it is the rig: a calibration of OpenCV, ROS, Kalibr and others, or "
+         "fx,fy,cx,cy in pixels")
+      ->needs(depth)
+      ->excludes(rig);
+  add_parsed(
+      app, "--depth-scale",
+      [&flags](const std::string& text) {
+        flags.depth.metres_per_unit = io::parse_length(text);
+        if (!(flags.depth.metres_per_unit > 0 && flags.depth.metres_per_unit < 1))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "one step of the image cannot be that long",
+                      "give the unit of its numbers, e.g. 1mm, or 0.2mm for 1/5000 m");
+      },
+      "Unit of 16-bit depths, e.g. 1mm (the default)")
+      ->needs(depth);
+  app.add_option(
+         "--sensor-model", flags.depth.sensor,
+         "Noise of the depth sensor: kinect-v1 (structured light, stereo; the default) or tof (time of flight)")
+      ->check(CLI::IsMember({"kinect-v1", "tof", "scan"}))
+      ->needs(depth);
 }
 
 void declare_stated(CLI::App& app, MountFlags& flags) {
@@ -112,8 +144,26 @@ void declare_stated(CLI::App& app, MountFlags& flags) {
         flags.options.floor->below = below.value;
         flags.options.floor->sigma = below.sigma;
       },
-      "The plane 'plane_floor' of --sightings is the floor, so far below the base's origin, e.g. 0mm+-1mm of base_footprint; "
-      "its sigma includes how uneven it is over a metre. Instead of --height");
+      "The floor is so far below the base's origin, e.g. 0mm+-1mm of base_footprint; its sigma includes how uneven it is "
+      "over a metre. It is the plane 'plane_floor' of --sightings, and is found in images. Instead of --height");
+  add_parsed(
+      app, "--plane-sensor-sigma",
+      [&flags](const std::string& text) {
+        const std::size_t comma = text.find(',');
+        if (comma == text.npos)
+          throw Error(ErrorKind::kInput, "'" + text + "'", "it is no share and angle",
+                      "give e.g. 0.5%,0.1deg");
+        calibrate::MountPlaneSensor& sensor = flags.options.plane_sensor;
+        sensor.scale_sigma = io::parse_share(text.substr(0, comma));
+        sensor.turn_sigma = io::parse_angle(text.substr(comma + 1));
+        constexpr double kScale = 0.2, kTurn = 0.2;
+        if (!(sensor.scale_sigma >= 0 && sensor.scale_sigma < kScale && sensor.turn_sigma >= 0 &&
+              sensor.turn_sigma < kTurn))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "no sensor is that wrong",
+                      "give e.g. 0.5%,0.1deg");
+      },
+      "By how much the sensor of planes may be off during the whole drive, standard deviations: its distances in "
+      "proportion, and its turn against the rig (default 0.5%,0.1deg); 0%,0deg: not at all");
   auto* prior =
       app.add_option("--prior", flags.prior,
                      "An earlier mount (drawing, calibration): a pose file between base and rig, weighted by "

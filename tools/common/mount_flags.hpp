@@ -5,6 +5,7 @@
 #include "procam/calibrate/mount.hpp"
 #include "procam/io/text.hpp"
 #include "procam/session/mount_data.hpp"
+#include "procam/session/mount_planes.hpp"
 
 namespace CLI {
 class App;
@@ -15,12 +16,15 @@ namespace procam::tools {
 struct MountFlags {
   session::MountFiles files;
   session::SightingImages images;
-  std::string folder, rig, camera, markers, prior, output, picture;
+  session::DepthImages depth;
+  std::string folder, depth_folder, rig, camera, depth_camera, intrinsics, markers, prior, output, picture;
   io::LengthAndAngle prior_sigma;
   calibrate::MountOptions options;
 };
 
 void declare_inputs(CLI::App& app, MountFlags& flags);
+/// Of the rig's camera and of a depth sensor.
+void declare_images(CLI::App& app, MountFlags& flags);
 /// What is stated: measurements, kinds of motion.
 void declare_stated(CLI::App& app, MountFlags& flags);
 

@@ -65,6 +65,10 @@ void declare_output(CLI::App& app, RobotFlags& flags) {
                                        : SightingKind::kBoth;
       },
       "In --sightings: markers (default), planes (floor and walls, as a depth sensor measures them) or both");
+  app.add_option(
+      "--save-depth", flags.depth,
+      "Also what a depth sensor on the rig sees of a furnished room, five images a second (640x480, "
+      "585,585,319.5,239.5): 16 bits, 1 mm, named by their stamps; with --sightings and --see planes or both");
   app.add_option("--save-mount", flags.true_mount, "True pose of that rig on the robot, a pose file");
   app.add_option(
       "--save-markers", flags.true_markers,
@@ -119,9 +123,12 @@ void declare(CLI::App& app, RobotFlags& flags) {
     simulate::RobotOptions& robot = flags.robot;
     if (is_arm(flags) && robot.frame == "map" && robot.child == "base")
       robot.frame = "base", robot.child = "flange";
-    for (const auto& [flag, file] :
-         {std::pair("--save-mount", flags.true_mount), {"--save-markers", flags.true_markers}})
+    for (const auto& [flag, file] : {std::pair("--save-mount", flags.true_mount),
+                                     {"--save-markers", flags.true_markers},
+                                     {"--save-depth", flags.depth}})
       if (!file.empty() && flags.sightings.empty()) throw CLI::RequiresError(flag, "--sightings");
+    if (!flags.depth.empty() && flags.see == simulate::SightingKind::kMarkers)
+      throw CLI::RequiresError("--save-depth", "--see planes");
   });
 }
 

@@ -31,7 +31,12 @@
 ///
 /// Planes. A sensor that sees the floor determines roll, pitch and height of a planar drive (MountOptions::floor): the base
 /// moves parallel to it. Walls of unknown pose give yaw, x and y by how their distances change with position and heading of the
-/// base. Their covariances have a factor of their own, as depth sensors err alike over a whole plane.
+/// base. Their covariances have a factor of their own, as depth sensors err alike over a whole plane. A sensor's distances
+/// may be off in proportion, and the sensor may be turned against the rig (MountPlaneSensor): both are unknowns. Walls and the
+/// localiser's metres determine the scale; the turn is that of the mount, unless markers separate them. Their covariance is
+/// part of that of the mount. Planes without a name are followed from image to image by
+/// their predicted tilt and distance. The floor is the lowest plane that keeps both while the base turns. Planes that lie
+/// within each other by the first result are joined, and all is solved again.
 ///
 /// Noise. The standard deviations of the localiser and a factor on those of the sightings are estimated (variance
 /// components: W. Foerstner, 1979; the traces by random probes: A. Girard, 1989). Errors of the localiser that stay
@@ -112,6 +117,12 @@ struct MountFloor {
   double sigma = 0.001;
 };
 
+/// By how much the sensor of planes may be off during the whole drive, one standard deviation. 0: it is exact.
+struct MountPlaneSensor {
+  double scale_sigma = 0.005;         ///< of its distances, in proportion
+  double turn_sigma = 0.1 * kDegree;  ///< against the rig about each axis, radians
+};
+
 /// What carries the rig.
 enum class MountCarrier {
   kBase,    ///< a robot, and its localiser
@@ -145,6 +156,7 @@ struct MountOptions {
   double acceleration = 0.1, turn_acceleration = 0.2;
   /// How uneven the floor is under a planar base: start values, or exact if estimate_noise is false. Metres, radians.
   double floor_sigma = 0.0003, floor_tilt_sigma = 0.0003;
+  MountPlaneSensor plane_sensor;
   /// A direction of the mount is unobservable from this standard deviation on: metres, and radians (1 m away).
   double max_sigma = 0.1;
   bool find_events = true;   ///< bumps of the rig, jumps of the localiser
@@ -193,8 +205,16 @@ struct MountResult {
   /// Lengths of the localiser (an arm) over those of the sightings; 1 and sigma 0 where no difference is significant.
   /// The mount and the path are in the metres of the sightings.
   double scale = 1, scale_sigma = 0;
-  std::vector<MountMarker> markers;  ///< all that were seen, by name
-  std::vector<MountPlane> planes;    ///< likewise
+  /// What the sensor of planes is off by.
+  struct PlaneSensor {
+    /// Reported distances over those in the metres of the markers, or of the localiser where there are no markers.
+    double scale = 1;
+    Vec3 turn = Vec3::Zero();  ///< rotation vector in the rig: true rig_from_plane = exp(turn) * reported
+    Mat4 covariance = Mat4::Zero();  ///< of the scale and the turn
+  };
+  std::optional<PlaneSensor> plane_sensor;  ///< where planes are seen
+  std::vector<MountMarker> markers;         ///< all that were seen, by name
+  std::vector<MountPlane> planes;           ///< likewise
   bool planar = false;
   std::vector<BasePose> path;                     ///< estimated, at the knots
   double position_sigma = 0, rotation_sigma = 0;  ///< of the localiser, estimated
@@ -220,7 +240,7 @@ struct MountResult {
 /// Remarks: "stated_not_observed" names the directions that come from a stated measurement, "sightings_rejected",
 /// "base_poses_rejected", "rig_bumped", "localiser_jumped", "event_unclear" (the two kinds cannot be separated),
 /// "correlated_localiser", "sightings_noisier", "planes_noisier" (the stated covariances are too small), "time_offset_weak",
-/// "statement_disagrees" (the stated height or prior contradicts the drive), "lengths_disagree" (MountResult::scale),
+/// "plane_sensor_off" (MountResult::PlaneSensor, beyond three times what was stated), "statement_disagrees" (the stated height or prior contradicts the drive), "lengths_disagree" (MountResult::scale),
 /// "poses_noisier" (an arm or a head scatters more than stated). Failures: "too_many_changes", and "lengths_disagree"
 /// where the mount may be off by more than 5 mm.
 ///

@@ -4,7 +4,7 @@
 ///   session::LightImages images;
 ///   images.folder = "images";        // of the rig's camera, each called after its time
 ///   images.pattern = "markers";      // the projector shows its board frame all the time
-///   const session::PlanesInLight seen = session::planes_in_light(images, rig.camera(), rig.projector());
+///   const session::PlaneSightings seen = session::planes_in_light(images, rig.camera(), rig.projector());
 ///
 /// The robot moves, so that each image counts alone: there is none under flat light of the same pose. The board's points are
 /// found in the image as it is (detect::detect_board). Prints and edges within the light disturb them; blank walls and a floor
@@ -14,13 +14,11 @@
 /// are empty.
 #include <filesystem>
 #include <string>
-#include <vector>
 
-#include "procam/core/base/error.hpp"
 #include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
-#include "procam/core/rig/mount_data.hpp"
 #include "procam/core/rig/rig.hpp"
+#include "procam/session/mount_planes.hpp"
 #include "procam/track/sight_plane.hpp"
 
 namespace procam::session {
@@ -33,18 +31,12 @@ struct LightImages {
   track::SightPlaneOptions plane = {};
 };
 
-struct PlanesInLight {
-  std::vector<MarkerSighting> sightings;  ///< by time; `is_plane`, without a name
-  int images = 0;
-  int without_board = 0;    ///< fewer than `min_points` were found
-  int without_plane = 0;    ///< the light falls on two planes, or the view does not determine one
-  Diagnostics diagnostics;  ///< "images_skipped" with the counts and the most frequent cause
-};
-
-/// Throws Error kIo (folder, file), kInput (a name that is no time, an image of another size than the camera's, a pattern that
+/// An image gives one sighting at most. Remark: "images_skipped", with the counts and the most frequent cause: too little of the
+/// board, or light on two planes. Throws Error kIo (folder, file), kInput (a name that is no time, an image of another size than the camera's, a pattern that
 /// is no projected board or is in colour), kNotEnoughData (no plane in any image).
-PROCAM_EXPORT PlanesInLight planes_in_light(const LightImages& images, const RigCamera& camera,
-                                            const RigProjector& projector);
+PROCAM_EXPORT PlaneSightings planes_in_light(const LightImages& images, const RigCamera& camera,
+                                             const RigProjector& projector,
+                                             const ReadingProgress& progress = {});
 
 /// The frame to show meanwhile, one channel: the second one of make-patterns. Throws Error(kInput) as planes_in_light() does.
 PROCAM_EXPORT ImageU8 still_frame(const std::string& pattern, ImageSize projector_size);

@@ -19,6 +19,7 @@
 #include "procam/core/board/marker.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/simulate/drive.hpp"
+#include "procam/simulate/room.hpp"
 #include "procam/track/stamped_pose.hpp"
 
 namespace procam::simulate {
@@ -49,6 +50,12 @@ struct SightingOptions {
   std::uint64_t seed = 0;
 };
 
+/// The true pose at a time of the drive.
+struct TimedPose {
+  double time = 0;
+  Pose pose;
+};
+
 struct MarkerSightings {
   /// Stamps are times of the drive; frame "marker_3", child "rig", with covariance.
   std::vector<track::StampedPose> messages;
@@ -56,10 +63,16 @@ struct MarkerSightings {
   std::vector<PlacedMarker> markers;           ///< world_from_marker; messages name them "marker_ID"
   std::vector<Pose> planes;                    ///< world_from_plane: the floor, then the walls
   std::vector<std::size_t> outliers;           ///< indices of messages
+  std::vector<TimedPose> rig;                  ///< world_from_rig at the times of the images
 };
 
 /// Throws std::invalid_argument for numbers out of range, Error(kNotEnoughData) if no marker is seen.
 PROCAM_EXPORT MarkerSightings marker_sightings(const Drive& drive, const SightingOptions& options = {});
+
+/// The floor, walls and ceiling about a drive past planes, with a cupboard and a chest before each wall:
+///   depth_view(drive_room(seen, 7), sensor, seen.rig[i].pose, seed)       // what a depth sensor on the rig measures
+/// Throws std::invalid_argument for sightings of markers alone.
+PROCAM_EXPORT Room drive_room(const MarkerSightings& seen, std::uint64_t seed = 0);
 
 /// The localiser besides.
 struct MountDriveOptions : SightingOptions {

@@ -37,8 +37,11 @@ struct Node {
 
 /// `file` is how errors call the document. Throws Error(kInput) with line and column.
 Node parse_json(std::string_view bytes, const std::string& file);
+/// Of <pose frame="">0 0 1</pose>, an element with attributes and a text: other programs mean the text.
+enum class AttributesBesideText { kRefused, kSkipped };
 /// The root element's name becomes the member "format", its attributes and children the further members.
-Node parse_xml(std::string_view bytes, const std::string& file);
+Node parse_xml(std::string_view bytes, const std::string& file,
+               AttributesBesideText attributes = AttributesBesideText::kRefused);
 /// The part of YAML that calibrations use (yaml.cpp); scalars become kText.
 Node parse_yaml(std::string_view bytes, const std::string& file);
 

@@ -12,7 +12,8 @@ namespace {
 
 class Reader {
  public:
-  Reader(std::string_view bytes, const std::string& file) : bytes_(bytes), lines_(bytes), file_(file) {}
+  Reader(std::string_view bytes, const std::string& file, AttributesBesideText attributes)
+      : bytes_(bytes), lines_(bytes), file_(file), attributes_(attributes) {}
 
   Node read() {
     if (!is_plain_text_file())
@@ -53,6 +54,7 @@ class Reader {
   std::string_view bytes_;
   LineCounter lines_;
   const std::string& file_;
+  const AttributesBesideText attributes_;
   std::size_t nodes_ = 0;
 
   [[noreturn]] void fail(int line, const std::string& why, const std::string& next) const {
@@ -85,6 +87,13 @@ class Reader {
     node.text = text;
   }
 
+  static bool has_text(const pugi::xml_node& element) {
+    return bool(element.find_child([](const pugi::xml_node& piece) {
+      return (piece.type() == pugi::node_pcdata || piece.type() == pugi::node_cdata) &&
+             std::string_view(piece.value()).find_first_not_of(" \t\r\n") != std::string_view::npos;
+    }));
+  }
+
   void add_members(const pugi::xml_node& element, int depth, Node& node) {
     if (depth > limits::kDocumentDepth)
       fail(node.line, "it is nested deeper than " + std::to_string(limits::kDocumentDepth) + " levels",
@@ -100,9 +109,10 @@ class Reader {
       }
       if (child.type() != pugi::node_element) continue;
       Node& member = add_child(node, child.name(), line_of(child));
-      const bool has_members = child.first_attribute() || child.find_child([](const pugi::xml_node& n) {
-        return n.type() == pugi::node_element;
-      });
+      const bool has_elements =
+          bool(child.find_child([](const pugi::xml_node& n) { return n.type() == pugi::node_element; }));
+      const bool is_text = attributes_ == AttributesBesideText::kSkipped && has_text(child);
+      const bool has_members = has_elements || (child.first_attribute() && !is_text);
       if (has_members) {
         member.kind = Node::Kind::kElement;
         add_members(child, depth + 1, member);
@@ -168,8 +178,8 @@ struct StringWriter : pugi::xml_writer {
 
 }  // namespace
 
-Node parse_xml(std::string_view bytes, const std::string& file) {
-  return Reader(bytes, file).read();
+Node parse_xml(std::string_view bytes, const std::string& file, AttributesBesideText attributes) {
+  return Reader(bytes, file, attributes).read();
 }
 
 std::string to_xml(const Node& document) {

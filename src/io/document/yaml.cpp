@@ -149,6 +149,17 @@ class YamlReader {
     return std::string::npos;
   }
 
+  /// OpenCV's own reader takes "data:[1, 2]" and "PointSize:2", and files that people edit have them.
+  static std::size_t colon_behind_word(const std::string& content) {
+    for (std::size_t i = 0; i < content.size(); ++i) {
+      const char c = content[i];
+      if (c == ':') return i > 0 ? i : std::string::npos;
+      const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+      if (!is_letter && !(i > 0 && ((c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-'))) break;
+    }
+    return std::string::npos;
+  }
+
   void read_block(std::size_t indent, std::size_t depth, Node& node) {
     if (is_item(lines_[at_].content))
       read_sequence(indent, depth, node);
@@ -183,7 +194,8 @@ class YamlReader {
     start(node, Node::Kind::kObject, lines_[at_].number, depth);
     while (at_ < lines_.size() && lines_[at_].indent == indent && !is_item(lines_[at_].content)) {
       const Line& line = lines_[at_];
-      const std::size_t colon = colon_of(line.content);
+      std::size_t colon = colon_of(line.content);
+      if (colon == std::string::npos) colon = colon_behind_word(line.content);
       if (colon == std::string::npos)
         fail(line.number, "it is no field: '" + line.content.substr(0, 40) + "'",
              "give JSON, OpenCV's XML, or YAML with lines like  fx: 525.0");

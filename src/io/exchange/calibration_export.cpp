@@ -26,6 +26,17 @@ std::string joined(const NumberList& numbers, const char* separator = ", ") {
 std::string in_brackets(const NumberList& numbers) {
   return "[" + joined(numbers) + "]";
 }
+/// With a point, "500.0" and "1.0e-05": Python's YAML reads "500" as an integer, which Kalibr refuses, and "1e-05" as a
+/// text.
+std::string floats_in_brackets(const NumberList& numbers) {
+  std::string text;
+  for (const double number : numbers) {
+    std::string digits = format_number(number);
+    if (digits.find('.') == std::string::npos) digits.insert(std::min(digits.find('e'), digits.size()), ".0");
+    text += (text.empty() ? "" : ", ") + digits;
+  }
+  return "[" + text + "]";
+}
 NumberList rows_of(const MatX& matrix) {
   NumberList numbers;
   for (Eigen::Index i = 0; i < matrix.rows(); ++i)
@@ -187,7 +198,7 @@ void write_ros(Export& out, const CalibratedDevice& device) {
     out.line(name + ":");
     out.line("  rows: " + std::to_string(rows));
     out.line("  cols: " + std::to_string(numbers.size() / std::size_t(rows)));
-    out.line("  data: " + in_brackets(numbers));
+    out.line("  data: " + floats_in_brackets(numbers));
   };
   out.line("image_width: " + std::to_string(lens.size.width));
   out.line("image_height: " + std::to_string(lens.size.height));
@@ -206,7 +217,8 @@ void write_ros(Export& out, const CalibratedDevice& device) {
   out.poses_lost();
 }
 
-/// The lens without skew and with the k1 k2 p1 p2 of Kalibr's radtan.
+/// The lens without skew and with the k1 k2 p1 p2 of Kalibr's radtan: its reader wants all four, and makes no camera of
+/// the model "none".
 Camera kalibr_lens(const Camera& lens) {
   Camera held = lens;
   held.intrinsics.skew = 0;
@@ -229,16 +241,23 @@ void write_kalibr(Export& out, const std::vector<CalibratedDevice>& devices) {
       const Pose step = device.rig_from_device.inverse() * devices[i - 1].rig_from_device;
       out.line("  T_cn_cnm1:");
       const Mat4 matrix = step.matrix();
-      for (Eigen::Index row = 0; row < 4; ++row) out.line("  - " + in_brackets(rows_of(matrix.row(row))));
+      for (Eigen::Index row = 0; row < 4; ++row)
+        out.line("  - " + floats_in_brackets(rows_of(matrix.row(row))));
     }
-    NumberList lens = coefficients_of(held.distortion);
-    lens.resize(std::min<std::size_t>(4, lens.size()));
+    NumberList lens = coefficients_of(held.distortion), others;
+    lens.resize(4, 0.0);
+    for (std::size_t other = 0; other < devices.size(); ++other)
+      if (other != i) others.push_back(double(other));
+    out.line("  cam_overlaps: " + in_brackets(others));
     out.line("  camera_model: pinhole");
-    out.line("  distortion_coeffs: " + in_brackets(lens));
-    out.line(std::string("  distortion_model: ") + (is_fisheye(held.distortion) ? "equidistant"
-                                                    : lens.empty()              ? "none"
-                                                                                : "radtan"));
-    out.line("  intrinsics: " + in_brackets({k.fx, k.fy, k.cx, k.cy}));
+    out.line("  distortion_coeffs: " + floats_in_brackets(lens));
+    out.line(std::string("  distortion_model: ") + (is_fisheye(held.distortion) ? "equidistant" : "radtan"));
+    out.line("  intrinsics: " + floats_in_brackets({k.fx, k.fy, k.cx, k.cy}));
+    if (k.cx < 0 || k.cy < 0)
+      out.diagnostics().warn("kalibr_refuses_centre",
+                             device.name +
+                                 ": the principal point lies left of the image or above it, which "
+                                 "Kalibr refuses; other readers of its files do not");
     out.line("  resolution: " + in_brackets({double(held.size.width), double(held.size.height)}));
     out.line("  rostopic: /" + ros_name(device.name) + "/image_raw");
     report_name(out, device.name);

@@ -1,6 +1,7 @@
 #include "exchange/calibration_fields.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <iterator>
 
@@ -20,6 +21,26 @@ std::optional<Value> find(const Value& object, const Names& names) {
   return std::nullopt;
 }
 
+namespace {
+
+std::string plain_spelling(const std::string& name) {
+  std::string plain;
+  for (const char c : name)
+    if (c != '_' && c != '-' && c != ' ') plain += char(std::tolower(static_cast<unsigned char>(c)));
+  return plain;
+}
+
+}  // namespace
+
+std::optional<Value> find_spelled(const Value& object, const Names& names) {
+  if (!is_group(object)) return std::nullopt;
+  for (const char* const name : names)
+    for (const Node& child : object.node->children)
+      if (plain_spelling(child.name) == name)
+        return Value{&child, object.file, object.path.empty() ? child.name : object.path + "." + child.name};
+  return std::nullopt;
+}
+
 Value require_member(const Value& object, const Names& names, const char* next) {
   const auto found = find(object, names);
   if (!found) object.fail(std::string("the field '") + names.front() + "' is missing", next);
@@ -32,6 +53,14 @@ double require_number(const Value& object, const Names& names) {
 
 bool is_group(const Value& value) {
   return value.node->kind == Node::Kind::kObject || value.node->kind == Node::Kind::kElement;
+}
+
+bool is_set(const std::optional<Value>& flag) {
+  if (!flag) return false;
+  if (flag->node->kind == Node::Kind::kBool) return flag->boolean();
+  const std::string word = flag->node->kind == Node::Kind::kText ? plain_spelling(flag->text()) : "";
+  if (word == "true" || word == "false") return word == "true";
+  return flag->number() != 0;
 }
 
 Numbers numbers_of(const Value& value) {
@@ -127,11 +156,11 @@ ImageSize size_in(const Value& value, double width, double height) {
 }
 
 std::optional<ImageSize> size_of(const Value& camera) {
-  const auto width = find(camera, {"image_width", "image_Width", "width"});
-  const auto height = find(camera, {"image_height", "image_Height", "height"});
+  const auto width = find_spelled(camera, {"imagewidth", "width", "framewidth", "framew"});
+  const auto height = find_spelled(camera, {"imageheight", "height", "frameheight", "frameh"});
   if (width && height) return size_in(*width, width->number(), height->number());
-  if (const auto size =
-          find(camera, {"image_size", "imageSize", "ImageSize", "cameraResolution", "size", "resolution"})) {
+  if (const auto size = find_spelled(camera, {"imagesize", "cameraresolution", "size", "resolution"})) {
+    if (is_group(*size) && !find(*size, {"data"})) return size_of(*size);
     const std::vector<double> sides = numbers_of(*size).values;
     if (sides.size() != 2) size->fail("it is not a width and a height", kNextCalibration);
     return size_in(*size, sides[0], sides[1]);
@@ -171,17 +200,41 @@ constexpr LensName kLensNames[] = {
     {"equi", true, 4},
     {"kannala_brandt", true, 4},
     {"fisheye", true, 4},
+    {"pinhole", false, 8},
     {"none", false, 0},
 };
 
 }  // namespace
 
+namespace {
+
+/// k1 k2 p1 p2 k3 [k4 k5 k6], or the k1 k2 k3 k4 of a fisheye lens, by name.
+std::vector<double> named_coefficients(const Value& group, bool fisheye, bool states_model) {
+  const auto term = [&](const char* name) {
+    const auto found = find(group, {name});
+    return found ? found->number() : 0.0;
+  };
+  if (fisheye) {
+    if (term("p1") != 0 || term("p2") != 0 || !find(group, {"k4"}))
+      group.fail("an equidistant lens has the coefficients k1, k2, k3 and k4", kNextCalibration);
+    return {term("k1"), term("k2"), term("k3"), term("k4")};
+  }
+  if (term("k4") != 0 && !find(group, {"p1"}) && !states_model)
+    group.fail("it does not say which lens its k1 to k4 are of",
+               "add distortion_model: equidistant (a fisheye), or rational_polynomial");
+  std::vector<double> found{term("k1"), term("k2"), term("p1"), term("p2"), term("k3")};
+  if (term("k4") != 0 || term("k5") != 0 || term("k6") != 0)
+    found.insert(found.end(), {term("k4"), term("k5"), term("k6")});
+  return found;
+}
+
+}  // namespace
+
 Distortion distortion_of(const Value& camera, const std::optional<Value>& coefficients,
                          const std::optional<Value>& model, bool fisheye) {
-  std::vector<double> found;
-  if (coefficients && coefficients->node->kind != Node::Kind::kNull) found = numbers_of(*coefficients).values;
   std::size_t most = 8;
-  if (model && !trimmed(model->text()).empty()) {
+  const bool states_model = model && !trimmed(model->text()).empty();
+  if (states_model) {
     const std::string name = trimmed(model->text());
     const auto known = std::find_if(std::begin(kLensNames), std::end(kLensNames),
                                     [&](const LensName& lens) { return name == lens.name; });
@@ -194,6 +247,14 @@ Distortion distortion_of(const Value& camera, const std::optional<Value>& coeffi
     fisheye = known->fisheye;
     most = known->max_coefficients;
   }
+  std::vector<double> found;
+  if (coefficients && is_group(*coefficients) && !find(*coefficients, {"data"}))
+    found = named_coefficients(*coefficients, fisheye, states_model);
+  else if (coefficients && coefficients->node->kind != Node::Kind::kNull)
+    found = numbers_of(*coefficients).values;
+  if (states_model && !coefficients && !fisheye && trimmed(model->text()) != "pinhole" && most > 0)
+    camera.fail("it names the lens model '" + trimmed(model->text()) + "', and its coefficients are missing",
+                "add distortion_coefficients, or the model none");
   const auto is_zero = [](double c) { return c == 0; };
   if (fisheye) {
     if (found.size() != 4)
@@ -208,7 +269,9 @@ Distortion distortion_of(const Value& camera, const std::optional<Value>& coeffi
     if (!std::all_of(found.begin() + long(most), found.end(), is_zero))
       coefficients->fail("it has " + std::to_string(found.size()) + " coefficients; the lens model ends at " +
                              std::to_string(most),
-                         "calibrate again without the thin prism and tilted models", ErrorKind::kUnsupported);
+                         found.size() <= 8 ? "name the model whose they are: rational_polynomial has 8"
+                                           : "calibrate again without the thin prism and tilted models",
+                         ErrorKind::kUnsupported);
     found.resize(most);
   }
   if (std::all_of(found.begin(), found.end(), is_zero)) return NoDistortion{};
@@ -222,11 +285,28 @@ Distortion distortion_of(const Value& camera, const std::optional<Value>& coeffi
   return with_coefficients(RationalDistortion{}, found);
 }
 
+void refuse_unread_distortion(const Value& camera) {
+  for (const Node& child : camera.node->children) {
+    const std::string name = plain_spelling(child.name);
+    const Value member{&child, camera.file,
+                       camera.path.empty() ? child.name : camera.path + "." + child.name};
+    const bool holds_numbers = child.kind == Node::Kind::kList || is_group(member);
+    const bool says_distortion = name.find("distort") != name.npos && name.find("undistort") == name.npos;
+    if (holds_numbers && (says_distortion || (name.rfind("dist", 0) == 0 && name.rfind("distance", 0) != 0)))
+      member.fail("procam does not know this name, and the lens's distortion seems to be under it",
+                  "call it distortion_coefficients, or remove it if it is something else");
+  }
+}
+
+bool is_rotation(const Mat3& matrix) {
+  constexpr double kRounding = 5e-5;
+  return (matrix * matrix.transpose() - Mat3::Identity()).norm() < kRounding && matrix.determinant() > 0;
+}
+
 Pose rigid_transform_of(const Value& matrix, const char* next) {
   const Mat4 transform = matrix_of(matrix, 4, 4);
   const Mat3 r = transform.topLeftCorner<3, 3>();
-  if ((r * r.transpose() - Mat3::Identity()).norm() > 1e-6 || r.determinant() < 0 ||
-      transform.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+  if (!is_rotation(r) || transform.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
     matrix.fail("it is not a rigid transform", next);
   return Pose(r, Vec3(transform.topRightCorner<3, 1>()));
 }

@@ -20,43 +20,58 @@ namespace {
 
 using namespace calibration;
 
-const Names kMatrixNames{"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMat", "K", "k", "mtx"};
-const Names kDistortionNames{"distortion_coefficients",
-                             "Distortion_Coefficients",
-                             "distortion_coeffs",
-                             "dist_coeffs",
-                             "distCoeffs",
-                             "DistCoeff",
+/// As find_spelled() wants them.
+const Names kMatrixNames{"cameramatrix", "cameramat",        "cammatrix",       "k", "mtx", "intrinsics",
+                         "intrinsic",    "cameraintrinsics", "intrinsicsmatrix"};
+const Names kDistortionNames{"distortioncoefficients",
+                             "distortioncoeffs",
+                             "distortioncoeff",
+                             "distortioncoefs",
+                             "distortioncoef",
+                             "distcoefficients",
+                             "distcoeffs",
+                             "distcoeff",
+                             "distcoefs",
+                             "distcoef",
+                             "distortion",
                              "dist",
-                             "D",
                              "d"};
 
 bool is_camera(const Value& value) {
-  return find(value, kMatrixNames) || find(value, {"fx"});
+  return find_spelled(value, kMatrixNames) || find(value, {"fx"});
+}
+
+Intrinsics named_intrinsics(const Value& group) {
+  const auto number = [&](const char* name) { return require_number(group, {name}); };
+  const auto skew = find(group, {"skew"});
+  const Intrinsics k{number("fx"), number("fy"), number("cx"), number("cy"), skew ? skew->number() : 0};
+  check_focal_lengths(group, k);
+  return k;
 }
 
 /// One device: OpenCV's samples, ROS, plain K, D and size.
 Camera camera_of(const Value& value, const std::optional<ImageSize>& given, const char* device) {
   Camera camera;
-  if (const auto matrix = find(value, kMatrixNames)) {
+  const auto matrix = find_spelled(value, kMatrixNames);
+  if (!matrix)
+    camera.intrinsics = named_intrinsics(value);
+  else if (find(*matrix, {"fx"}))
+    camera.intrinsics = named_intrinsics(*matrix);
+  else
     camera.intrinsics = intrinsics_of(*matrix);
-  } else {
-    const auto number = [&](const char* name) { return require_number(value, {name}); };
-    const auto skew = find(value, {"skew"});
-    camera.intrinsics = {number("fx"), number("fy"), number("cx"), number("cy"), skew ? skew->number() : 0};
-    check_focal_lengths(value, camera.intrinsics);
-  }
   camera.size = required_size(size_of(value), given, value, device);
-  const auto fisheye = find(value, {"fisheye_model"});
-  camera.distortion = distortion_of(value, find(value, kDistortionNames),
-                                    find(value, {"distortion_model", "camera_model", "DistModel"}),
-                                    fisheye && fisheye->number() != 0);
+  auto coefficients = find_spelled(value, kDistortionNames);
+  if (!coefficients) refuse_unread_distortion(value);
+  if (!coefficients && find(value, {"k1"})) coefficients = value;
+  camera.distortion =
+      distortion_of(value, coefficients, find_spelled(value, {"distortionmodel", "cameramodel", "distmodel"}),
+                    is_set(find(value, {"fisheye_model", "is_fisheye"})));
   return camera;
 }
 
 Pose pose_of(const Value& rotation, const Value& translation, double metres_per_unit) {
   const Mat3 r = matrix_of(rotation, 3, 3);
-  if ((r * r.transpose() - Mat3::Identity()).norm() > 1e-6 || r.determinant() < 0)
+  if (!is_rotation(r))
     rotation.fail("it is not a rotation", "give R as stereoCalibrate returns it: x_2 = R x_1 + T");
   const std::vector<double> t = numbers_of(translation).values;
   if (t.size() != 3) translation.fail("it does not have 3 numbers", kNextCalibration);
@@ -133,6 +148,8 @@ Rig read_pair(const PairNames& names, const Value& root, const Value& extrinsics
   const auto unit = find(root, {"metres_per_unit"});
   if (unit && !(unit->number() > 0)) unit->fail("it is not positive", kNextCalibration);
   const double metres_per_unit = unit ? unit->number() : context.metres_per_unit;
+  if (!find(root, {names.first_distortion}) || !find(root, {names.second_distortion}))
+    refuse_unread_distortion(root);
   const Camera camera{
       required_size(first_size ? first_size : size_of(root), context.camera_size, root, "camera"),
       intrinsics_of(require_member(root, {names.first_matrix})),
@@ -169,10 +186,42 @@ void refuse_further_cameras(const Value& root, int after) {
   }
 }
 
+/// camera_model, intrinsics, distortion: a camera of Kalibr's chain, or of EuRoC's sensor.yaml.
+Camera kalibr_camera(const Value& value, const CalibrationContext& context) {
+  const Value model = require_member(value, {"camera_model"});
+  if (model.text() != "pinhole")
+    model.fail("procam has no camera model '" + model.text().substr(0, 40) + "'",
+               "calibrate with pinhole-radtan or pinhole-equi", ErrorKind::kUnsupported);
+  Camera camera;
+  camera.intrinsics = intrinsics_of(require_member(value, {"intrinsics"}));
+  camera.size = required_size(size_of(value), context.camera_size, value, "camera");
+  camera.distortion = distortion_of(value, find(value, {"distortion_coeffs", "distortion_coefficients"}),
+                                    find(value, {"distortion_model"}), false);
+  return camera;
+}
+
+/// cam1's pose to the IMU, which takes points of its frame to the camera's. OpenVINS writes the inverse.
+std::optional<Pose> camera_from_imu(const Value& camera) {
+  constexpr const char* kNext = "give it as Kalibr writes it";
+  if (const auto forward = find(camera, {"T_cam_imu"})) return rigid_transform_of(*forward, kNext);
+  if (const auto inverse = find(camera, {"T_imu_cam"})) return rigid_transform_of(*inverse, kNext).inverse();
+  return std::nullopt;
+}
+
+/// From the previous camera's frame to this one's, in metres; by the IMU where the chain's own step is missing.
+Pose step_of_chain(const Value& previous, const Value& camera) {
+  if (!find(camera, {"T_cn_cnm1"})) {
+    const std::optional<Pose> last = camera_from_imu(previous), here = camera_from_imu(camera);
+    if (last && here) return *here * last->inverse();
+  }
+  return rigid_transform_of(require_member(camera, {"T_cn_cnm1"}), "give it as Kalibr writes it");
+}
+
 /// cam0, cam1, ... of Kalibr.
 Rig read_kalibr(const Value& root, const CalibrationContext& context) {
   Rig rig;
   rig.provenance.tool = "Kalibr";
+  std::optional<Value> previous;
   for (int i = 0;; ++i) {
     const std::string name = "cam" + std::to_string(i);
     const auto found = find(root, {name.c_str()});
@@ -180,25 +229,26 @@ Rig read_kalibr(const Value& root, const CalibrationContext& context) {
       refuse_further_cameras(root, i);
       return rig;
     }
-    const Value model = require_member(*found, {"camera_model"});
-    if (model.text() != "pinhole")
-      model.fail("procam has no camera model '" + model.text().substr(0, 40) + "'",
-                 "calibrate with pinhole-radtan or pinhole-equi", ErrorKind::kUnsupported);
     RigCamera camera;
     camera.name = name;
-    camera.camera.intrinsics = intrinsics_of(require_member(*found, {"intrinsics"}));
-    camera.camera.size = required_size(size_of(*found), context.camera_size, *found, "camera");
-    camera.camera.distortion =
-        distortion_of(*found, find(*found, {"distortion_coeffs"}), find(*found, {"distortion_model"}), false);
-    if (i > 0) {
-      const Value step = require_member(*found, {"T_cn_cnm1"});
-      const Pose cn_from_cnm1 = rigid_transform_of(step, "give it as Kalibr writes it");
-      // Metres. The chain goes from each camera to the one before it.
-      camera.rig_from_camera = rig.cameras.back().rig_from_camera * cn_from_cnm1.inverse();
-    }
+    camera.camera = kalibr_camera(*found, context);
+    if (previous)  // the chain goes from each camera to the one before it
+      camera.rig_from_camera =
+          rig.cameras.back().rig_from_camera * step_of_chain(*previous, *found).inverse();
+    previous = found;
     rig.cameras.push_back(camera);
     if (i > 1000) found->fail("there are more than 1000 cameras", "check that this is the file you mean");
   }
+}
+
+/// sensor.yaml of the EuRoC layout (ASL): the rig is the body, to which T_BS takes points of the sensor's frame.
+Rig read_euroc_sensor(const Value& root, const CalibrationContext& context) {
+  Rig rig;
+  rig.provenance.tool = "EuRoC";
+  rig.cameras.push_back({"camera", kalibr_camera(root, context), Pose()});
+  if (const auto pose = find(root, {"T_BS"}))
+    rig.cameras.front().rig_from_camera = rigid_transform_of(*pose, "give it as the data set has it");
+  return rig;
 }
 
 /// Windows' editors put a mark before the text (UTF-8's byte order mark).
@@ -212,7 +262,7 @@ Node parse_any(const std::string& bytes, const std::string& file) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   const char begin = first == std::string_view::npos ? '\0' : text[first];
   if (begin == '{') return parse_json(bytes, file);
-  if (begin == '<') return parse_xml(bytes, file);
+  if (begin == '<') return parse_xml(bytes, file, AttributesBesideText::kSkipped);
   return parse_yaml(bytes, file);
 }
 
@@ -225,6 +275,9 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
   if (path.filename() == "cameras.bin")
     throw Error(ErrorKind::kUnsupported, file, "COLMAP's binary files are not read",
                 "write text: colmap model_converter --output_type TXT");
+  if (bytes.rfind("# oST version", 0) == 0)
+    throw Error(ErrorKind::kUnsupported, file, "ROS' ost.txt is not read",
+                "give ost.yaml, which camera_calibration writes beside it");
   if (is_mrcal(bytes) || is_colmap(bytes)) {
     Rig rig = is_mrcal(bytes) ? read_mrcal(bytes, file) : read_colmap(bytes, file);
     rig.provenance.inputs = {{file, sha256(whole)}};
@@ -257,6 +310,8 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
     rig = read_pair(*pair, root, beside.line > 0 ? Value{&beside, &beside_file, ""} : root, context);
   } else if (find(root, {"cam0"})) {
     rig = read_kalibr(root, context);
+  } else if (find(root, {"camera_model"}) && find(root, {"intrinsics"})) {
+    rig = read_euroc_sensor(root, context);
   } else if (const auto camera = find(root, {"camera"}); camera && is_group(*camera)) {
     if (find(root, {"projector"}))
       rig = read_plain_pair(root, context);

@@ -131,15 +131,17 @@ std::optional<Distortion> lens_called(const std::string& name) {
 
 bool is_mrcal(std::string_view bytes) {
   // The command line in a comment may name it first.
-  return bytes.find("'lensmodel'") != std::string_view::npos ||
-         bytes.find("\"lensmodel\"") != std::string_view::npos;
+  const auto has = [&](const char* text) { return bytes.find(text) != std::string_view::npos; };
+  const bool has_old_name = has("'lens_model'") && has("'LENSMODEL_");
+  return has("'lensmodel'") || has("\"lensmodel\"") || has_old_name;
 }
 
 Rig read_mrcal(std::string_view bytes, const std::string& file) {
   const Node document = parse_json(PythonLiteral(bytes).json(), file);
   const Value root{&document, &file, ""};
   const std::vector<Value> members = root.members();
-  const Value model = require_member_called(root, members, "lensmodel");
+  const auto old = member_called(members, "lens_model");  // before mrcal 1.0
+  const Value model = old ? *old : require_member_called(root, members, "lensmodel");
   const std::string name = model.text();
   const std::optional<Distortion> lens = lens_called(name);
   if (!lens)

@@ -119,7 +119,11 @@ Rig read_nerf(const Value& root, const CalibrationContext&) {
                        field("cy") - 0.5, 0};
   check_focal_lengths(root, camera.intrinsics);
   const auto model = find(root, {"camera_model"});
-  const std::string name = model ? model->text() : "OPENCV";
+  const bool is_fisheye = is_set(find(root, {"is_fisheye"}));  // instant-ngp's name for it
+  const std::string name = model ? model->text() : is_fisheye ? "OPENCV_FISHEYE" : "OPENCV";
+  if (const auto k4 = find(root, {"k4"}); k4 && name == "OPENCV" && k4->number() != 0)
+    k4->fail("procam's lens model has no such term", "give a file without k4, or with OPENCV_FISHEYE",
+             ErrorKind::kUnsupported);
   if (name == "OPENCV_FISHEYE")
     camera.distortion = with_coefficients(FisheyeDistortion{}, terms(root, "", kFisheyeTerms));
   else if (name == "OPENCV" || name == "PINHOLE")
@@ -133,10 +137,11 @@ bool is_open3d(const Value& root) {
   return find(root, {"intrinsic_matrix"}).has_value();
 }
 
-/// The matrix is written column by column.
+/// The matrix is one list, column by column; scripts that write rows write them as rows.
 Rig read_open3d(const Value& root, const CalibrationContext& context) {
   const Value matrix = require_member(root, {"intrinsic_matrix"});
-  const Mat3 k = matrix_of(matrix, 3, 3).transpose();
+  Mat3 k = matrix_of(matrix, 3, 3);
+  if (numbers_of(matrix).rows == 0) k.transposeInPlace();
   if (k(1, 0) != 0 || k(2, 0) != 0 || k(2, 1) != 0 || k(2, 2) != 1)
     matrix.fail("it is not [fx skew cx; 0 fy cy; 0 0 1], column by column",
                 "give it as Open3D writes it, or as \"K\", row by row");

@@ -10,7 +10,7 @@
 
 namespace procam::io {
 
-/// mrcal's .cameramodel: a Python literal with the member 'lensmodel'.
+/// mrcal's .cameramodel: a Python literal with the member 'lensmodel', or 'lens_model' in old files.
 bool is_mrcal(std::string_view bytes);
 /// The camera, its pose from rt_cam_ref ('extrinsics'): the rig is mrcal's reference. Throws Error(kInput), and
 /// Error(kUnsupported) for the lens models CAHVOR, CAHVORE, STEREOGRAPHIC, LONLAT, LATLON, SPLINED and OPENCV12.

@@ -28,26 +28,32 @@ std::vector<double> numbers_or(const Value& object, const char* name, std::vecto
   return numbers;
 }
 
-Pose node_pose(const Value& node) {
-  if (const auto matrix = find(node, {"matrix"})) {
+/// The node's own transform, with its scale.
+Mat4 node_transform(const Value& node) {
+  if (find(node, {"matrix"})) {
     const std::vector<double> m = numbers_or(node, "matrix", std::vector<double>(16, 0.0));
-    const Mat4 transform = Eigen::Map<const Mat4>(m.data());  // column by column
-    const Mat3 r = transform.topLeftCorner<3, 3>();
-    if ((r * r.transpose() - Mat3::Identity()).norm() > 1e-6 || r.determinant() < 0 ||
-        transform.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-      matrix->fail("it is not a rigid transform", "remove the scale of the camera's node and its parents");
-    return Pose(r, Vec3(transform.topRightCorner<3, 1>()));
+    return Eigen::Map<const Mat4>(m.data());  // column by column
   }
-  const std::vector<double> scale = numbers_or(node, "scale", {1, 1, 1});
-  if (scale != std::vector<double>{1, 1, 1})
-    find(node, {"scale"})
-        ->fail("a pose has no scale", "remove the scale of the camera's node and its parents");
   const std::vector<double> q = numbers_or(node, "rotation", {0, 0, 0, 1});
   const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
   if (!(std::abs(rotation.norm() - 1) < 1e-3))
     find(node, {"rotation"})->fail("it is not a unit quaternion x, y, z, w", kNextScene);
   const std::vector<double> t = numbers_or(node, "translation", {0, 0, 0});
-  return Pose(rotation.normalized(), Vec3(t[0], t[1], t[2]));
+  const std::vector<double> s = numbers_or(node, "scale", {1, 1, 1});
+  Mat4 transform = Pose(rotation.normalized(), Vec3(t[0], t[1], t[2])).matrix();
+  for (int axis = 0; axis < 3; ++axis) transform.col(axis) *= s[std::size_t(axis)];
+  return transform;
+}
+
+/// Scale moves what is below a node, and does not change how a camera sees (glTF 2.0, 3.10.2).
+Pose pose_without_scale(const Mat4& transform, const Value& node) {
+  Mat3 axes = transform.topLeftCorner<3, 3>();
+  for (int axis = 0; axis < 3; ++axis) axes.col(axis).normalize();
+  if (!transform.allFinite() || !axes.allFinite() || !is_rotation(axes) ||
+      transform.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+    node.fail("its transform shears or mirrors the camera, or is none",
+              "remove the scale of the camera's node and its parents");
+  return Pose(axes, Vec3(transform.topRightCorner<3, 1>()));
 }
 
 std::size_t index_in(const Value& value, std::size_t count) {
@@ -68,10 +74,6 @@ std::optional<ImageSize> stated_size(const Value& camera) {
 }
 
 Camera perspective_camera(const Value& camera, const CalibrationContext& context) {
-  const Value type = require_member(camera, {"type"}, kNextScene);
-  if (type.text() != "perspective")
-    type.fail("procam has no camera of type '" + type.text().substr(0, 40) + "'", "use a perspective camera",
-              ErrorKind::kUnsupported);
   const Value lens = require_member(camera, {"perspective"}, kNextScene);
   const Value field = require_member(lens, {"yfov"}, kNextScene);
   const double yfov = field.number();
@@ -102,25 +104,36 @@ Rig read_gltf(const Value& root, const CalibrationContext& context) {
   Rig rig;
   rig.provenance.tool = "glTF";
   const Eigen::Quaterniond gltf_from_optical(0, 1, 0, 0);  // half a turn about x
+  std::optional<Value> other_type;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto number = find(nodes[i], {"camera"});
     if (!number) continue;
+    const Value& lens = cameras[index_in(*number, cameras.size())];
+    const Value type = require_member(lens, {"type"}, kNextScene);
+    if (type.text() != "perspective") {  // beside perspective cameras it is skipped
+      other_type = type;
+      continue;
+    }
     RigCamera camera;
     const auto name = find(nodes[i], {"name"});
     camera.name = name ? name->text() : "camera" + std::to_string(rig.cameras.size() + 1);
-    camera.camera = perspective_camera(cameras[index_in(*number, cameras.size())], context);
-    camera.rig_from_camera = Pose(gltf_from_optical, Vec3::Zero());
+    camera.camera = perspective_camera(lens, context);
+    Mat4 transform = Mat4::Identity();
     std::size_t up = i, steps = 0;
     for (; up < nodes.size(); up = parent[up]) {
-      camera.rig_from_camera = node_pose(nodes[up]) * camera.rig_from_camera;
+      transform = node_transform(nodes[up]) * transform;
       if (++steps > nodes.size()) nodes[i].fail("its parents form a ring", kNextScene);
     }
+    camera.rig_from_camera = pose_without_scale(transform, nodes[i]) * Pose(gltf_from_optical, Vec3::Zero());
     for (const RigCamera& other : rig.cameras)
       if (other.name == camera.name)
         nodes[i].fail("another camera is called '" + camera.name.substr(0, 40) + "' as well",
                       "give each camera a name of its own");
     rig.cameras.push_back(camera);
   }
+  if (rig.cameras.empty() && other_type)
+    other_type->fail("procam has no camera of type '" + other_type->text().substr(0, 40) + "'",
+                     "use a perspective camera", ErrorKind::kUnsupported);
   if (rig.cameras.empty()) root.fail("no node of the scene has a camera", "export it with its cameras");
   return rig;
 }

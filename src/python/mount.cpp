@@ -351,7 +351,7 @@ void bind_recordings(py::module_& m) {
            py::arg("images"), py::arg("camera"), py::arg("progress") = py::none());
 }
 
-void bind_light(py::module_& m) {
+void bind_mount_light(py::module_& m) {
   Record<session::LightImages> light_images(
       m, "LightImages", "A folder of images of the rig's own projection, each called after its time.");
   light_images.fields_init()
@@ -379,7 +379,7 @@ void bind_mount(py::module_& package) {
   bind_mount_result(calibrate);
   bind_drives(simulate);
   bind_recordings(session);
-  bind_light(session);
+  bind_mount_light(session);
   function(calibrate, "parse_base_motion", &calibrate::parse_base_motion, "\"auto\", \"planar\", \"full\".",
            py::arg("text"));
   function(calibrate, "calibrate_mount", &calibrate::calibrate_mount,

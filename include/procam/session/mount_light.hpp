@@ -32,8 +32,8 @@ struct LightImages {
 };
 
 /// An image gives one sighting at most. Remark: "images_skipped", with the counts and the most frequent cause: too little of the
-/// board, or light on two planes. Throws Error kIo (folder, file), kInput (a name that is no time, an image of another size than the camera's, a pattern that
-/// is no projected board or is in colour), kNotEnoughData (no plane in any image).
+/// board, or light on two planes. Throws Error kIo (folder, file), kInput (a name that is no time, an image of another size than
+/// the camera's, a pattern that is no projected board or is in colour), kNotEnoughData (no plane in any image).
 PROCAM_EXPORT PlaneSightings planes_in_light(const LightImages& images, const RigCamera& camera,
                                              const RigProjector& projector,
                                              const ReadingProgress& progress = {});

@@ -19,8 +19,8 @@
 /// right (`across_px`).
 ///
 /// Points that are not on the plane are rejected: the start is the plane through three triangulated points whose best 60 % of
-/// residuals are the smallest (Rousseeuw & Leroy, "Robust Regression and Outlier Detection", 1987). Fits to these 60 % follow until
-/// they no longer change (Rousseeuw & Van Driessen 2006, C-steps). In a corner of a room the plane of the larger part remains.
+/// residuals are the smallest (Rousseeuw & Leroy, "Robust Regression and Outlier Detection", 1987). Fits to these 60 % follow
+/// until they no longer change (Rousseeuw & Van Driessen 2006, C-steps). In a corner of a room the plane of the larger part remains.
 ///
 /// The covariance is (J^T W J)^-1, times chi2 / dof where that is above 1. The errors of the rig's calibration are not
 /// included: they are the same in all images.
@@ -38,7 +38,8 @@ struct SightPlaneOptions {
   /// Share of the usable points that must be on the plane, 0.5 .. 1.
   double min_share = 0.6;
   /// Standard deviation of the residuals, an axis, above which the surface is no plane or the rig another one. It is
-  /// estimated from the best `min_share`. Bumps of 2 mm in a wall 2 m away are 0.1 px with a baseline of 0.3 m and a focal length of 640 px.
+  /// estimated from the best `min_share`. Bumps of 2 mm in a wall 2 m away are 0.1 px with a baseline of 0.3 m
+  /// and a focal length of 640 px.
   double max_noise_px = 0.5;
   /// Standard deviation of the normal's direction above which the points do not determine the plane, radians.
   double max_tilt_sigma = 0.1;

@@ -9,6 +9,7 @@
 #include "procam/session/join.hpp"
 #include "procam/session/light.hpp"
 #include "procam/session/mount_data.hpp"
+#include "procam/session/mount_light.hpp"
 #include "procam/session/mount_planes.hpp"
 #include "procam/session/patterns.hpp"
 #include "procam/session/projected_board.hpp"

@@ -11,6 +11,7 @@
 #include "procam/track/pose_sender.hpp"
 #include "procam/track/pose_source.hpp"
 #include "procam/track/pose_track.hpp"
+#include "procam/track/sight_plane.hpp"
 #include "procam/track/sight_surface.hpp"
 #include "procam/track/stamped_pose.hpp"
 #include "procam/track/trajectory_file.hpp"

@@ -38,7 +38,7 @@ void bind_ray_and_plane(py::module_& m) {
       .field("direction", &Ray::direction, "need not have unit length; `s` counts in its lengths")
       .method("at", &Ray::at, "origin + s * direction, (3,), metres.", py::arg("s"));
 
-  Record<Plane> plane(m, "Plane", "All points p with normal . p = offset.");
+  Record<Plane> plane(m, "Plane", "All points p with normal . p + offset = 0.");
   plane.fields_init()
       .field("normal", &Plane::normal, "unit vector")
       .field("offset", &Plane::offset, "metres")

@@ -6,6 +6,7 @@
 
 #include "procam/report/mount.hpp"
 #include "procam/session/mount_data.hpp"
+#include "procam/session/mount_light.hpp"
 #include "procam/session/mount_planes.hpp"
 #include "procam/simulate/mount_motion.hpp"
 
@@ -354,6 +355,24 @@ void bind_recordings(py::module_& m) {
            py::arg("images"), py::arg("camera"), py::arg("progress") = py::none());
 }
 
+void bind_mount_light(py::module_& m) {
+  Record<session::LightImages> light_images(
+      m, "LightImages", "A folder of images of the rig's own projection, each called after its time.");
+  light_images.fields_init()
+      .field("folder", &session::LightImages::folder, "")
+      .field("pattern", &session::LightImages::pattern,
+             "chessboard, charuco, markers or circles, as for make_pattern(); no colour")
+      .field("min_points", &session::LightImages::min_points, "of the board, 4 at least")
+      .field("plane", &session::LightImages::plane, "");
+  function(m, "planes_in_light", &session::planes_in_light,
+           "Walls and floor by the rig's own light, in images that are named after their times, for\n"
+           "calibrate_mount(). `progress` is called before each image.",
+           py::arg("images"), py::arg("camera"), py::arg("projector"), py::arg("progress") = py::none());
+  function(m, "still_frame", &session::still_frame,
+           "The frame of a projected board to show meanwhile, one channel.", py::arg("pattern"),
+           py::arg("projector_size"));
+}
+
 }  // namespace
 
 void bind_mount(py::module_& package) {
@@ -364,6 +383,7 @@ void bind_mount(py::module_& package) {
   bind_mount_result(calibrate);
   bind_drives(simulate);
   bind_recordings(session);
+  bind_mount_light(session);
   function(calibrate, "parse_base_motion", &calibrate::parse_base_motion, "\"auto\", \"planar\", \"full\".",
            py::arg("text"));
   function(calibrate, "calibrate_mount", &calibrate::calibrate_mount,

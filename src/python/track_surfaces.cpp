@@ -1,11 +1,44 @@
 // procam.track: surfaces that move
 #include "bind.hpp"
 #include "components.hpp"
+#include "procam/track/sight_plane.hpp"
 #include "procam/track/sight_surface.hpp"
 
 namespace procam::python {
 
+namespace {
+
+void bind_sight_plane(py::module_& m) {
+  Record<track::SightPlaneOptions>(m, "SightPlaneOptions", "What counts as one plane.")
+      .fields_init()
+      .field("min_share", &track::SightPlaneOptions::min_share,
+             "of the points that must be on the plane, 0.5 .. 1")
+      .field("max_noise_px", &track::SightPlaneOptions::max_noise_px,
+             "standard deviation of the residuals above which the surface is no plane")
+      .field("max_tilt_sigma", &track::SightPlaneOptions::max_tilt_sigma,
+             "of the normal's direction, radians, above which the points do not determine the plane");
+  Record<track::PlaneSighting>(m, "PlaneSighting", "A wall or a floor by the light of the rig's projector.")
+      .fields_init()
+      .field("plane_from_rig", &track::PlaneSighting::plane_from_rig,
+             "z the normal, towards the camera. Tilt about x and y, and z, count with their part of\n"
+             "the covariance; the other variances are 1.")
+      .field("chi2_per_dof", &track::PlaneSighting::chi2_per_dof, "")
+      .field("across_px", &track::PlaneSighting::across_px,
+             "RMS of the residuals across the epipolar lines, pixels")
+      .field("used", &track::PlaneSighting::used, "points")
+      .field("rejected", &track::PlaneSighting::rejected, "indices into the points");
+  function(m, "sight_plane", &track::sight_plane,
+           "The plane that the light falls on, from one image: of each point the projector pixel,\n"
+           "the camera pixel and its covariance count. Raises Error(kNotEnoughData), and\n"
+           "Error(kDegenerate) for a view that shows no plane or does not determine it.",
+           py::arg("points"), py::arg("camera"), py::arg("projector"),
+           py::arg_v("options", track::SightPlaneOptions{}, "SightPlaneOptions()"));
+}
+
+}  // namespace
+
 void bind_track_surfaces(py::module_& m) {
+  bind_sight_plane(m);
   Record<track::SightOptions>(m, "SightOptions", "How the pose of a surface is found by its markers.")
       .fields_init()
       .field("locate", &track::SightOptions::locate,

@@ -186,12 +186,27 @@ class BoardOfLight : public SessionPattern {
   pattern::ProjectedBoard shown_;
 };
 
+/// A kind of projected board: the pattern's name, the board's in files, and the one that fills the frame.
+struct LightKind {
+  const char* name;
+  const char* board;
+  Board (*filling)(ImageSize projector_size);
+};
+
+const LightKind kChessboard{"chessboard", "chessboard",
+                            [](ImageSize size) -> Board { return pattern::chessboard_filling(size); }};
+const LightKind kCharuco{"charuco", "charuco",
+                         [](ImageSize size) -> Board { return pattern::charuco_filling(size); }};
+const LightKind kMarkers{"markers", "markers",
+                         [](ImageSize size) -> Board { return pattern::markers_filling(size); }};
+const LightKind kCircles{"circles", "asymmetric-circles",
+                         [](ImageSize size) -> Board { return pattern::circles_filling(size); }};
+
 /// "12x9:64px" as the board of that kind, projector pixels for metres; without parameters the one that fills
 /// the picture. A last part "colour" makes one colour frame of two; "upright" before it states that the frame
 /// appears upright in the images.
-std::unique_ptr<SessionPattern> make_light(const char* name, const std::string& kind,
-                                           const std::string& parameters, ImageSize projector_size,
-                                           const Board& filling) {
+pattern::ProjectedBoard light_board(const LightKind& kind, const std::string& parameters,
+                                    ImageSize projector_size) {
   std::string typed = parameters;
   const auto take_last = [&](const std::string& word) {
     const bool has = typed == word || (typed.size() > word.size() &&
@@ -200,36 +215,49 @@ std::unique_ptr<SessionPattern> make_light(const char* name, const std::string& 
     return has;
   };
   const bool in_colour = take_last("colour"), upright = take_last("upright");
-  const std::string next =
-      std::string("give e.g. ") + name + ":" + layout_text(filling) + ", or " + name + " alone";
-  Board layout = filling;
+  const std::string name = kind.name;
+  Board layout = kind.filling(projector_size);
+  const std::string next = "give e.g. " + name + ":" + layout_text(layout) + ", or " + name + " alone";
   try {
-    if (!typed.empty()) layout = io::parse_board(kind + ":" + typed, io::BoardUnit::kPixel);
+    if (!typed.empty()) layout = io::parse_board(kind.board + (":" + typed), io::BoardUnit::kPixel);
   } catch (const Error& error) {
-    refuse(name + (":" + parameters), error.why(), next);
+    refuse(name + ":" + parameters, error.why(), next);
   }
   try {
-    return std::make_unique<BoardOfLight>(
-        name,
-        pattern::projected_board(projector_size, layout, detect::board_artwork(layout), in_colour, upright));
+    return pattern::projected_board(projector_size, layout, detect::board_artwork(layout), in_colour,
+                                    upright);
   } catch (const Error& error) {
-    refuse(name + (":" + parameters), error.why(), error.next());
+    refuse(name + ":" + parameters, error.why(), error.next());
   }
+}
+
+std::unique_ptr<SessionPattern> make_light(const LightKind& kind, const std::string& parameters,
+                                           ImageSize projector_size) {
+  return std::make_unique<BoardOfLight>(kind.name, light_board(kind, parameters, projector_size));
 }
 
 }  // namespace
 
+pattern::ProjectedBoard projected_board_of(const std::string& text, ImageSize projector_size) {
+  const std::size_t colon = text.find(':');
+  const std::string name = text.substr(0, colon);
+  for (const LightKind* kind : {&kChessboard, &kCharuco, &kMarkers, &kCircles})
+    if (name == kind->name)
+      return light_board(*kind, colon == std::string::npos ? "" : text.substr(colon + 1), projector_size);
+  refuse(text, "it is not a projected board", "show one of chessboard, charuco, markers, circles");
+}
+
 std::unique_ptr<SessionPattern> make_chessboard(const std::string& parameters, ImageSize size, int) {
-  return make_light("chessboard", "chessboard", parameters, size, pattern::chessboard_filling(size));
+  return make_light(kChessboard, parameters, size);
 }
 std::unique_ptr<SessionPattern> make_charuco(const std::string& parameters, ImageSize size, int) {
-  return make_light("charuco", "charuco", parameters, size, pattern::charuco_filling(size));
+  return make_light(kCharuco, parameters, size);
 }
 std::unique_ptr<SessionPattern> make_markers(const std::string& parameters, ImageSize size, int) {
-  return make_light("markers", "markers", parameters, size, pattern::markers_filling(size));
+  return make_light(kMarkers, parameters, size);
 }
 std::unique_ptr<SessionPattern> make_circles(const std::string& parameters, ImageSize size, int) {
-  return make_light("circles", "asymmetric-circles", parameters, size, pattern::circles_filling(size));
+  return make_light(kCircles, parameters, size);
 }
 
 }  // namespace procam::session

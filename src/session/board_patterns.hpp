@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "procam/pattern/projected_board.hpp"
 #include "procam/pattern/sequence_check.hpp"
 #include "procam/session/patterns.hpp"
 
@@ -15,6 +16,10 @@ namespace procam::session {
 void add_remarks(const pattern::SequenceCheck& sequence, Detections& in_camera);
 
 Points2 pixels_of(const Detections& detections);
+
+/// The board of a pattern's text ("markers", "charuco:9x7:80px:60px"). Throws Error(kInput) for a pattern that is no projected
+/// board.
+pattern::ProjectedBoard projected_board_of(const std::string& text, ImageSize projector_size);
 
 std::unique_ptr<SessionPattern> make_chessboard(const std::string& parameters, ImageSize size, int);
 std::unique_ptr<SessionPattern> make_charuco(const std::string& parameters, ImageSize size, int);

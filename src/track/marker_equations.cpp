@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "procam/core/base/cholesky.hpp"
-#include "procam/core/base/dual.hpp"
+#include "projection_jacobian.hpp"
 
 namespace procam::track::internal {
 namespace {
@@ -18,26 +18,6 @@ using Row7 = Eigen::Matrix<double, 1, kNuisance>;
 using Vec7 = Eigen::Matrix<double, kNuisance, 1>;
 using Mat7 = Eigen::Matrix<double, kNuisance, kNuisance>;
 using Mat67 = Eigen::Matrix<double, 6, kNuisance>;
-
-/// d pixel / d point in the camera's frame.
-std::optional<Mat23> projection_jacobian(const Camera& camera, const Vec3& point) {
-  using D = Dual<3>;
-  const IntrinsicsT<D> k{camera.intrinsics.fx, camera.intrinsics.fy, camera.intrinsics.cx,
-                         camera.intrinsics.cy, camera.intrinsics.skew};
-  const Vec3T<D> variable(D(point.x(), 0), D(point.y(), 1), D(point.z(), 2));
-  const auto pixel = std::visit(
-      [&](const auto& model) {
-        using Model = std::decay_t<decltype(model)>;
-        std::array<D, std::tuple_size_v<decltype(model.coefficients)> + 1> coefficients;
-        std::copy(model.coefficients.begin(), model.coefficients.end(), coefficients.begin());
-        return project<Model>(k, coefficients.data(), variable);
-      },
-      camera.distortion);
-  if (!pixel) return std::nullopt;
-  Mat23 jacobian;
-  jacobian << pixel->x().v.transpose(), pixel->y().v.transpose();
-  return jacobian;
-}
 
 struct Placement {
   Pose camera_from_marker;

@@ -368,6 +368,31 @@ def test_the_mount_of_a_rig_from_a_drive():
     assert "<svg" in procam.report.mount_picture(found, data)
 
 
+def test_a_plane_by_the_light_of_the_rig(projector, tmp_path):
+    camera = procam.RigCamera("camera", procam.Camera(procam.ImageSize(640, 480), procam.Intrinsics(640, 633, 322, 251, 0.4),
+                                                      procam.BrownConrady([-0.17, 0.05, 0.0009, -0.0006, 0])), procam.Pose())
+    light = procam.RigProjector("projector", projector, procam.se3_exp([0.02, -0.1, 0.01, 0.3, 0.05, 0.02]))
+    wall = procam.Plane.through([0.1, 0, 2], [0.3, 0.1, -1])
+    points = []
+    for u in range(40, 640, 80):
+        for v in range(30, 400, 60):
+            point = procam.LightPoint()
+            point.projector_pixel = [u, v]
+            ray = light.rig_from_projector * projector.emit([u, v])
+            point.camera_pixel = camera.camera.project(procam.intersect(ray, wall))
+            points.append(point)
+    seen = procam.track.sight_plane(points, camera, light)
+    assert seen.used == len(points) and list(seen.rejected) == []
+    found = procam.Plane.of_xy(seen.plane_from_rig.pose.inverse())
+    assert abs(found.normal - wall.normal).max() < 1e-9 and abs(found.offset - wall.offset) < 1e-9
+    frame = procam.session.still_frame("markers", projector.size())
+    assert frame.shape[:2] == (400, 640)
+    images = procam.session.LightImages()
+    images.folder = tmp_path
+    with pytest.raises(procam.Error, match="0 images"):
+        procam.session.planes_in_light(images, camera, light)
+
+
 def light_on(room, rig_camera, projector, capture, random):
     """The light map that a camera at this place reads, with noise of 0.05 px."""
     size = projector.projector.size()

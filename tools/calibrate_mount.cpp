@@ -85,14 +85,24 @@ void add_images(MountFlags& flags, session::MountRecording& drive, Console& cons
     flags.images.folder = flags.folder;
     add(session::sightings_in_images(flags.images, io::load_rig(flags.rig).camera(flags.camera)));
   }
-  if (!flags.depth_folder.empty()) {
-    flags.depth.folder = flags.depth_folder;
-    const session::PlaneSightings planes = session::planes_in_depth(
-        flags.depth, depth_camera(flags),
-        [&](const std::string& file, int done, int total) { console.progress(file, done, total); });
+  const auto add_planes = [&](const session::PlaneSightings& planes, const char* kind) {
     add(planes.sightings);
     drive.diagnostics.append(planes.diagnostics);
-    console.say(format("%zu depth images, %zu planes in them", planes.images, planes.sightings.size()));
+    console.say(format("%zu %s, %zu planes in them", planes.images, kind, planes.sightings.size()));
+  };
+  const auto progress = [&](const std::string& file, int done, int total) {
+    console.progress(file, done, total);
+  };
+  if (!flags.light_folder.empty()) {
+    flags.light.folder = flags.light_folder;
+    const Rig rig = io::load_rig(flags.rig);
+    add_planes(session::planes_in_light(flags.light, rig.camera(flags.camera), rig.projector(flags.projector),
+                                        progress),
+               "images of the light");
+  }
+  if (!flags.depth_folder.empty()) {
+    flags.depth.folder = flags.depth_folder;
+    add_planes(session::planes_in_depth(flags.depth, depth_camera(flags), progress), "depth images");
   }
 }
 
@@ -143,8 +153,9 @@ int main(int argc, char** argv) {
         app.callback([&flags] {
           if (flags.files.base.empty() && flags.files.angles.empty())
             throw CLI::RequiredError("--base, --arm or --pan-tilt");
-          if (flags.files.sightings.empty() && flags.folder.empty() && flags.depth_folder.empty())
-            throw CLI::RequiredError("--sightings, --images or --depth");
+          if (flags.files.sightings.empty() && flags.folder.empty() && flags.depth_folder.empty() &&
+              flags.light_folder.empty())
+            throw CLI::RequiredError("--sightings, --images, --light or --depth");
           if (!flags.depth_folder.empty() && flags.rig.empty() && flags.intrinsics.empty())
             throw CLI::RequiredError("--rig or --intrinsics, with --depth");
         });

@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "common/cli.hpp"
-#include "common/robot_depth.hpp"
 #include "common/robot_flags.hpp"
+#include "common/robot_images.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
@@ -72,10 +72,10 @@ void save_drive_sightings(const RobotFlags& flags, const simulate::Drive& drive,
   }
   const simulate::MarkerSightings seen = simulate::marker_sightings(drive, options);
   save_sightings(flags, seen, mount, unix_start, console);
-  if (!flags.depth.empty())
-    save_depth_images(
-        flags.depth, seen, options.seed, flags.robot.duration,
-        [&](double time) { return unix_start + 0.1 + time; }, console);
+  const DriveImages images{seen, options.seed, flags.robot.duration,
+                           [&](double time) { return unix_start + 0.1 + time; }};
+  if (!flags.depth.empty()) save_depth_images(flags.depth, images, console);
+  if (!flags.light.empty()) save_light_images(flags.light, images, console);
 }
 
 /// Its angles to the log, in place of poses.

@@ -45,7 +45,8 @@ void update_noise(Model& model, const Equations& equations) {
   }
   if (model.coarse) return;
   scale(noise.sighting, factors[kSighting], 0.05, 100);
-  scale(noise.plane, factors[kPlane], 0.05, 100);
+  // An image has one to four planes: the path could follow each, and its noise would seem to vanish.
+  scale(noise.plane, factors[kPlane], 1, 100);
   scale(noise.motion, factors[kMotion], 1, 100);
   if (model.planar) {
     scale(noise.floor, factors[kFloorHeight], 1e-5, 0.05);

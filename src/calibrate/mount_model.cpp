@@ -113,7 +113,14 @@ struct MountProblem::Impl {
     for (Epoch& mount : model.mounts)
       problem.AddParameterBlock(mount.pose.data(), 7, manifold(every, PoseManifold::Side::kMount));
     problem.AddParameterBlock(&model.offset, 1);
-    if (!model.options->estimate_time_offset) problem.SetParameterBlockConstant(&model.offset);
+    if (model.options->estimate_time_offset) {
+      problem.SetParameterLowerBound(&model.offset, 0,
+                                     model.options->time_offset - model.options->max_time_offset);
+      problem.SetParameterUpperBound(&model.offset, 0,
+                                     model.options->time_offset + model.options->max_time_offset);
+    } else {
+      problem.SetParameterBlockConstant(&model.offset);
+    }
     if (model.axes) {
       problem.AddParameterBlock(model.axes->data(), 2);
       add_angles();

@@ -97,6 +97,16 @@ void require_observable(const MountInformation& information, const Model& model)
 
 void require_agreement(const Model& model) {
   const Words words = words_of(model.options->carrier);
+  const MountOptions& options = *model.options;
+  constexpr double kAtLimit = 0.98;
+  if (options.estimate_time_offset &&
+      std::abs(model.offset - options.time_offset) > kAtLimit * options.max_time_offset)
+    throw Error(
+        ErrorKind::kDegenerate, "mount",
+        "the difference of the clocks of " + words.poses + " and sightings is not found within " +
+            fixed(options.max_time_offset, 1) + " s of the stated one",
+        "state it roughly (--time-offset), or that there is none (--same-clock); else drive longer, with more "
+        "sightings, and change speed and direction");
   const auto require_most = [&](const std::vector<char>& use, const std::string& what) {
     const auto rejected = std::count(use.begin(), use.end(), 0);
     if (2 * std::size_t(rejected) <= use.size()) return;

@@ -82,6 +82,22 @@ struct FromWalls {
   double misfit = std::numeric_limits<double>::infinity();  ///< median, metres
 };
 
+/// By how much the walls' directions in the world change with time, radians: median.
+double unsteadiness(const Model& model, const std::vector<const WallSighting*>& walls, Eigen::Index count,
+                    double later) {
+  std::vector<Vec2> mean(std::size_t(count), Vec2::Zero()), directions;
+  for (const WallSighting* seen : walls) {
+    const Vec3 normal = model.path(seen->time + later).rotate(Vec3(seen->normal.x(), seen->normal.y(), 0));
+    directions.push_back(normal.head<2>().normalized());
+    mean[std::size_t(seen->wall)] += directions.back();
+  }
+  std::vector<double> off;
+  for (std::size_t i = 0; i < walls.size(); ++i)
+    off.push_back(
+        std::acos(std::clamp(directions[i].dot(mean[std::size_t(walls[i]->wall)].normalized()), -1.0, 1.0)));
+  return median(std::move(off));
+}
+
 /// With the clocks so far apart.
 FromWalls from_walls(const Model& model, const std::vector<WallSighting>& walls, double later) {
   constexpr double kUsual = 0.03;  // m
@@ -112,6 +128,8 @@ FromWalls from_walls(const Model& model, const std::vector<WallSighting>& walls,
     for (Eigen::Index i = 0; i < n; ++i) weight[i] = 1 / (1 + std::pow(off[i] / kUsual, 2));
     found.misfit = median(std::vector<double>(off.begin(), off.end()));
   }
+  constexpr double kAway = 1;  // m: at which a turn counts as a distance
+  found.misfit += kAway * unsteadiness(model, taken, count, later);
   return found;
 }
 

@@ -79,8 +79,10 @@ PlaneSightings planes_in_light(const LightImages& images, const RigCamera& camer
                                const RigProjector& projector, const ReadingProgress& progress) {
   require(images.min_points >= 4, "planes_in_light: min_points is below 4");
   const pattern::ProjectedBoard board = still_board(images.pattern, projector.projector.size());
+  track::SightPlaneOptions options = images.plane;
+  options.min_points = images.min_points;
   PlaneSightings result;
-  std::size_t without_board = 0;
+  std::size_t without_board = 0, without_plane = 0;
   Causes causes;
   const auto files = timed_images(images.folder, {".png", ".jpg", ".jpeg", ".pgm"});
   for (const auto& [time, file] : files) {
@@ -99,15 +101,16 @@ PlaneSightings planes_in_light(const LightImages& images, const RigCamera& camer
       continue;
     }
     try {
-      const track::PlaneSighting seen = track::sight_plane(points, camera, projector, images.plane);
-      result.sightings.push_back({time, "", seen.plane_from_rig, true});
+      for (const track::PlaneSighting& plane : track::sight_planes(points, camera, projector, options))
+        result.sightings.push_back({time, "", plane.plane_from_rig, true});
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::kDegenerate && error.kind() != ErrorKind::kNotEnoughData) throw;
       causes.add(error.next(), error.why() + "; " + error.next());
+      ++without_plane;
     }
   }
-  result.images_without_plane = result.images - result.sightings.size();
-  const std::string counts = skipped(without_board, result.images_without_plane - without_board);
+  result.images_without_plane = without_board + without_plane;
+  const std::string counts = skipped(without_board, without_plane);
   if (result.sightings.empty())
     throw Error(
         ErrorKind::kNotEnoughData, images.folder.string(),

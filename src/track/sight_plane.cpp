@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 
@@ -312,6 +313,50 @@ double variance_factor(const LitPoints& problem, const Plane& plane, std::size_t
                "point the rig at one flat wall or at the floor, and not into a corner");
 }
 
+/// The points of the plane that most of `remaining` are near.
+Subset largest_plane(const LitPoints& problem, const Subset& remaining) {
+  constexpr int kTriples = 200;
+  constexpr std::size_t kNeighbours = 16;
+  constexpr double kNear = 4 * kRejectAbove;  // the noise may be twice that stated
+  std::mt19937_64 random(1);
+  Subset best;
+  std::optional<Plane> found;
+  const auto near = [&](const Plane& plane) {
+    Subset on_plane;
+    for (const std::size_t i : remaining)
+      if (squared_residual(problem, problem.points[i], plane) <= kNear) on_plane.push_back(i);
+    return on_plane;
+  };
+  for (int triple = 0; triple < kTriples; ++triple) {
+    const Usable& a = problem.points[remaining[random() % remaining.size()]];
+    Subset neighbours = remaining;
+    const std::size_t count = std::min(kNeighbours, neighbours.size());
+    std::partial_sort(neighbours.begin(), neighbours.begin() + std::ptrdiff_t(count), neighbours.end(),
+                      [&](std::size_t one, std::size_t other) {
+                        const auto distance = [&](std::size_t i) {
+                          return (problem.points[i].projector_pixel - a.projector_pixel).squaredNorm();
+                        };
+                        return distance(one) < distance(other);
+                      });
+    const Vec3 ab = problem.points[neighbours[random() % count]].triangulated - a.triangulated,
+               ac = problem.points[neighbours[random() % count]].triangulated - a.triangulated;
+    constexpr double kMinSine = 0.1;
+    const Vec3 normal = ab.cross(ac);
+    if (!(normal.norm() > kMinSine * ab.norm() * ac.norm())) continue;
+    const Plane plane = Plane::through(a.triangulated, normal);
+    Subset on_plane = near(plane);
+    if (on_plane.size() > best.size()) best = std::move(on_plane), found = plane;
+  }
+  constexpr int kRounds = 5;
+  for (int i = 0; i < kRounds && best.size() >= kMinPoints; ++i) {
+    found = fit(problem, best, *found);
+    Subset next = near(*found);
+    if (next.size() <= best.size() && i > 0) break;
+    best = std::move(next);
+  }
+  return best;
+}
+
 /// Do the unknowns differ in their effect? A pivot over its diagonal entry is the share that the unknowns before it do not
 /// explain.
 bool determines_plane(const Mat3& information) {
@@ -373,6 +418,45 @@ PlaneSighting sight_plane(const std::vector<LightPoint>& points, const RigCamera
   for (std::size_t i = 0; i < points.size(); ++i)
     if (!is_used[i]) sighting.rejected.push_back(i);
   return sighting;
+}
+
+std::vector<PlaneSighting> sight_planes(const std::vector<LightPoint>& points, const RigCamera& camera,
+                                        const RigProjector& projector, const SightPlaneOptions& options) {
+  require(options.min_points >= int(kMinPoints), "sight_planes: min_points is below 4");
+  const LitPoints problem = lit_points_of(points, camera, projector);
+  Subset remaining(problem.points.size());
+  for (std::size_t i = 0; i < remaining.size(); ++i) remaining[i] = i;
+  std::vector<PlaneSighting> sightings;
+  constexpr std::size_t kMaxPlanes = 6;
+  while (remaining.size() >= std::size_t(options.min_points) && sightings.size() < kMaxPlanes) {
+    const Subset on_plane = largest_plane(problem, remaining);
+    if (on_plane.size() < std::size_t(options.min_points)) break;
+    std::vector<LightPoint> some;
+    for (const std::size_t i : on_plane) some.push_back(points[problem.points[i].index]);
+    std::vector<char> is_used(points.size(), 0);
+    try {
+      PlaneSighting sighting = sight_plane(some, camera, projector, options);
+      for (const std::size_t i : on_plane) is_used[problem.points[i].index] = 1;
+      for (const std::size_t i : sighting.rejected) is_used[problem.points[on_plane[i]].index] = 0;
+      sighting.rejected.clear();
+      for (std::size_t i = 0; i < points.size(); ++i)
+        if (is_used[i] == 0) sighting.rejected.push_back(i);
+      if (sighting.used >= options.min_points) sightings.push_back(std::move(sighting));
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::kDegenerate && error.kind() != ErrorKind::kNotEnoughData) throw;
+    }
+    Subset others;
+    std::set_difference(remaining.begin(), remaining.end(), on_plane.begin(), on_plane.end(),
+                        std::back_inserter(others));
+    remaining = std::move(others);
+  }
+  if (sightings.empty()) {
+    sight_plane(points, camera, projector, options);  // its cause
+    refuse_plane("no " + std::to_string(options.min_points) + " of " + counted(points.size(), "point") +
+                     " are on one plane",
+                 "point the rig at a flat wall or at the floor, and not into a corner");
+  }
+  return sightings;
 }
 
 }  // namespace procam::track

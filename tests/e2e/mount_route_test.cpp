@@ -126,6 +126,33 @@ TEST(MountRoute, FindsTheRigByDepthImages) {
       << "the folder holds files";
 }
 
+/// Its projector shows markers on walls and floor, and its camera sees them.
+TEST(MountRoute, FindsTheRigByItsOwnLight) {
+  const ScratchFolder folder;
+  const auto file = [&](const char* name) { return (folder / name).string(); };
+  ASSERT_EQ(
+      run_tool(
+          "simulate-robot",
+          "--path walk --duration 20s --noise 10mm,0.5deg --seed 3 --clock-offset 80ms --see planes -o " +
+              file("base.log") + " --sightings " + file("sightings.log") + " --save-mount " +
+              file("true.json") + " --save-light " + file("light"))
+          .exit_code,
+      0);
+  const std::string inputs = "--base " + file("base.log") + " --light " + file("light") + " --rig " +
+                             file("light/rig.json") + " --floor 0mm+-1mm -o " + file("mount.json") +
+                             " --json ";
+  const ToolRun run = run_tool("calibrate-mount", inputs);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_GT(run.json()["sightings_used"].get<int>(), 100);
+  const Pose truth = io::load_pose(file("true.json")).target_from_source.pose,
+             mount = io::load_pose(file("mount.json")).target_from_source.pose;
+  EXPECT_LT((mount.translation - truth.translation).norm(), 0.04);
+  EXPECT_NEAR(mount.translation.z(), truth.translation.z(), 0.006);
+  const ToolRun other = run_tool("calibrate-mount", inputs + "--pattern gray");
+  EXPECT_EQ(other.exit_code, 3) << other.err;
+  EXPECT_NE(other.err.find("not a projected board"), std::string::npos) << other.err;
+}
+
 /// Of a head and of an arm: the mount, and where they stand in the room.
 void expect_mount_like_the_true_one(const ScratchFolder& folder, const std::string& path,
                                     const std::string& flag) {

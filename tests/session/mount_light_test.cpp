@@ -161,9 +161,9 @@ void expect_true_planes(const std::filesystem::path& folder, const std::string& 
     const Vec3 off = error_of(sighting, all[i].room_from_rig.inverse() * Plane::of_xy(body.room_from_body));
     const Mat3 covariance = counting(sighting.marker_from_rig.covariance);
     const double chi2 = off.dot(covariance.ldlt().solve(off));
-    // Chi-square of 3 is below 30 but for 1 in 700 000. What blotches of the paint and the projector's pixels add is alike over
+    // Chi-square of 3 is below 40 but for 1 in 90 million. What blotches of the paint and the projector's pixels add is alike over
     // an image, and not in the covariance: the mean of 64 images is 1.7 (markers), 3.6 (charuco) and 4.1 (chessboard), not 3.
-    EXPECT_LT(chi2, 30) << i << ": " << off.transpose();
+    EXPECT_LT(chi2, 40) << i << ": " << off.transpose();
     if (std::getenv("PROCAM_PRINT"))
       std::cout << pattern << " " << i << ": " << 1e3 * off.transpose() << "  sigmas "
                 << 1e3 * covariance.diagonal().cwiseSqrt().transpose() << "  chi2 " << chi2 << "\n";
@@ -233,28 +233,36 @@ TEST_F(MountLight, AndDiscs) {
 /// The middle of the light in the corner of two walls.
 const Pose kIntoTheCorner = room_from_rig(Vec3(2.2, 1.3, 0.9), 0.75, 0.0);
 
-TEST_F(MountLight, ImagesOfTwoPlanesAndOfNoBoardAreSkippedAndCounted) {
+TEST_F(MountLight, ACornerGivesBothPlanesAndImagesOfNoBoardAreSkippedAndCounted) {
   add("7.png", stations()[0].room_from_rig, "markers");
   add("8.png", kIntoTheCorner, "markers");
   add("1403636579763555584.png", stations()[5].room_from_rig, "charuco");
   io::save_image(folder_ / "9.5.png", ImageU8(640, 480));
   const PlaneSightings found = planes("markers");
   EXPECT_EQ(found.images, 4u);
-  EXPECT_EQ(found.images_without_plane, 3u);
-  ASSERT_EQ(found.sightings.size(), 1u);
+  EXPECT_EQ(found.images_without_plane, 2u);
+  ASSERT_EQ(found.sightings.size(), 3u);
   EXPECT_EQ(found.sightings[0].time, 7);
+  const simulate::Room room = lit_room();
+  for (const char* wall : {"ahead", "left"}) {
+    const simulate::Body& body = room.bodies[std::size_t(room.index_of(wall))];
+    const Plane truth = kIntoTheCorner.inverse() * Plane::of_xy(body.room_from_body);
+    double least = 1e300;
+    for (const std::size_t i : {1, 2}) {
+      EXPECT_EQ(found.sightings[i].time, 8);
+      const Vec3 off = error_of(found.sightings[i], truth);
+      const double chi2 = off.dot(counting(found.sightings[i].marker_from_rig.covariance).ldlt().solve(off));
+      least = std::min(least, chi2);
+    }
+    EXPECT_LT(least, 40) << wall << ": as of one plane";
+  }
   const Diagnostic* skipped = found.diagnostics.find("images_skipped");
   ASSERT_NE(skipped, nullptr);
-  EXPECT_NE(skipped->message.find("2 show too little of the board and 1 do not show one plane"),
-            std::string::npos)
-      << skipped->message;
+  EXPECT_NE(skipped->message.find("2 show too little of the board"), std::string::npos) << skipped->message;
 }
 
 TEST_F(MountLight, WithoutAnyPlaneTheCauseIsNamed) {
   EXPECT_ERROR(planes("markers"), kNotEnoughData, "0 images without a plane");
-  add("8.png", kIntoTheCorner, "markers");
-  EXPECT_ERROR(planes("markers"), kNotEnoughData, "not into a corner");
-  std::filesystem::remove(folder_ / "8.png");
   io::save_image(folder_ / "9.png", ImageU8(640, 480));
   EXPECT_ERROR(planes("markers"), kNotEnoughData, "1 show too little of the board");
 }

@@ -36,7 +36,7 @@ constexpr OptionGroup kGroups[] = {
     {"simulate-robot", "Messages", " to binary frame child covariance twist gyro no-stamp "},
     {"simulate-robot", "Localiser and network",
      " rate noise delay jitter loss reorder duplicate garbage clock-offset clock-drift "},
-    {"simulate-robot", "Truth", " truth sightings see save-depth "},
+    {"simulate-robot", "Truth", " truth sightings see save-depth save-light "},
     {"render-to-image", "Input", " rig surfaces content fit crop "},
     {"render-to-image", "Several frames", " time duration fps "},
     {"render-to-image", "Virtual objects", " viewer virtual "},
@@ -48,7 +48,7 @@ constexpr OptionGroup kGroups[] = {
     {"predict-error", "Monte Carlo", " monte-carlo seed shard draws "},
     {"calibrate-mount", "Input", " base arm pan-tilt child rig-frame sightings noise "},
     {"calibrate-mount", "Images of the rig",
-     " images rig camera-name dictionary marker-size depth depth-camera intrinsics depth-scale sensor-model "},
+     " images rig camera-name dictionary marker-size light pattern projector depth depth-camera intrinsics depth-scale sensor-model "},
     {"calibrate-mount", "Known values",
      " stations height floor plane-sensor-sigma prior prior-sigma markers motion time-offset same-clock "},
     {"scan-surfaces", "Input", " captures rig view pattern projector-size step "},
@@ -64,7 +64,7 @@ constexpr OptionGroup kGroups[] = {
 // A flag that another tool has with another type stands first, with that tool's name.
 constexpr ValueType kValueTypes[] = {
     {"FOLDER",
-     " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images calibrate-mount:depth calibrate-mount:images simulate-robot:save-depth "},
+     " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images calibrate-mount:depth calibrate-mount:images calibrate-mount:light simulate-robot:save-depth simulate-robot:save-light "},
     {"FILE", " section_v:measured section_v:corners "},
     {"{opencv,opencv-stereo,ros,kalibr,mrcal,colmap,urdf,sdf,gltf,procam}", " format "},
     {"{markers,planes,both}", " simulate-robot:see "},

@@ -94,6 +94,17 @@ void declare_images(CLI::App& app, MountFlags& flags) {
       app, "--marker-size", [&flags](const std::string& text) { flags.images.size = io::parse_length(text); },
       "Side of their black squares, e.g. 160mm");
   images->needs(size);
+  auto* light =
+      app.add_option(
+             "--light", flags.light_folder,
+             "Images of the rig's camera while its projector shows the board frame of --pattern "
+             "(the second one of make-patterns) on walls and floor, each called after its time; with --rig")
+          ->needs(rig);
+  app.add_option(
+         "--pattern", flags.light.pattern,
+         "The board of --light: markers (default) or charuco, of which any part is enough, chessboard, circles")
+      ->needs(light);
+  app.add_option("--projector", flags.projector, "Its projector, for a rig with several")->needs(light);
   auto* depth = app.add_option(
       "--depth", flags.depth_folder,
       "Depth images, each called after its time: 16 bits (.png, .tif), or floats in metres (.tif, "

@@ -5,6 +5,7 @@
 #include "procam/calibrate/mount.hpp"
 #include "procam/io/text.hpp"
 #include "procam/session/mount_data.hpp"
+#include "procam/session/mount_light.hpp"
 #include "procam/session/mount_planes.hpp"
 
 namespace CLI {
@@ -17,7 +18,8 @@ struct MountFlags {
   session::MountFiles files;
   session::SightingImages images;
   session::DepthImages depth;
-  std::string folder, depth_folder, rig, camera, depth_camera, intrinsics, markers, prior, output, picture;
+  session::LightImages light;
+  std::string folder, depth_folder, light_folder, projector, rig, camera, depth_camera, intrinsics, markers, prior, output, picture;
   io::LengthAndAngle prior_sigma;
   calibrate::MountOptions options;
 };

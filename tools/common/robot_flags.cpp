@@ -69,6 +69,10 @@ void declare_output(CLI::App& app, RobotFlags& flags) {
       "--save-depth", flags.depth,
       "Also what a depth sensor on the rig sees of a furnished room, five images a second (640x480, "
       "585,585,319.5,239.5): 16 bits, 1 mm, named by their stamps; with --sightings and --see planes or both");
+  app.add_option(
+      "--save-light", flags.light,
+      "Also what a camera there sees of the empty room in the light of a projector beside the camera, which shows the board "
+      "frame of the pattern 'markers', and rig.json; likewise");
   app.add_option("--save-mount", flags.true_mount, "True pose of that rig on the robot, a pose file");
   app.add_option(
       "--save-markers", flags.true_markers,
@@ -125,10 +129,11 @@ void declare(CLI::App& app, RobotFlags& flags) {
       robot.frame = "base", robot.child = "flange";
     for (const auto& [flag, file] : {std::pair("--save-mount", flags.true_mount),
                                      {"--save-markers", flags.true_markers},
-                                     {"--save-depth", flags.depth}})
+                                     {"--save-depth", flags.depth},
+                                     {"--save-light", flags.light}})
       if (!file.empty() && flags.sightings.empty()) throw CLI::RequiresError(flag, "--sightings");
-    if (!flags.depth.empty() && flags.see == simulate::SightingKind::kMarkers)
-      throw CLI::RequiresError("--save-depth", "--see planes");
+    if (!(flags.depth.empty() && flags.light.empty()) && flags.see == simulate::SightingKind::kMarkers)
+      throw CLI::RequiresError(flags.depth.empty() ? "--save-light" : "--save-depth", "--see planes");
   });
 }
 

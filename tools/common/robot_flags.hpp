@@ -12,7 +12,7 @@ class App;
 namespace procam::tools {
 
 struct RobotFlags {
-  std::string path = "circle:0.95m", to, log, truth, sightings, depth, true_mount, true_markers;
+  std::string path = "circle:0.95m", to, log, truth, sightings, depth, light, true_mount, true_markers;
   bool binary = false, without_stamp = false;
   double speed = 0.5;
   simulate::RobotOptions robot;

@@ -10,7 +10,7 @@
 /// found in the image as it is (detect::detect_board). Prints and edges within the light disturb them; blank walls and a floor
 /// without a pattern are best. Of markers and charuco any part is enough; chessboards and circles must be seen as a whole.
 ///
-/// The plane is that of track::sight_plane(). Which sightings are of one plane is for calibrate_mount() to find: the names
+/// The planes are those of track::sight_planes(): in a corner and on furniture an image gives several. Which sightings are of one plane is for calibrate_mount() to find: the names
 /// are empty.
 #include <filesystem>
 #include <string>
@@ -27,12 +27,12 @@ struct LightImages {
   std::filesystem::path folder;  ///< names as for sightings_in_images(): seconds or nanoseconds
   std::string pattern =
       "markers";        ///< as for make_pattern(): chessboard, charuco, markers, circles; no colour
-  int min_points = 12;  ///< of the board, 4 at least: corners, or centres of discs
-  track::SightPlaneOptions plane = {};
+  int min_points = 12;  ///< of the board on a plane, 4 at least: corners, or centres of discs
+  track::SightPlaneOptions plane = {};  ///< min_points as above
 };
 
-/// An image gives one sighting at most. Remark: "images_skipped", with the counts and the most frequent cause: too little of the
-/// board, or light on two planes. Throws Error kIo (folder, file), kInput (a name that is no time, an image of another size than
+/// Remark: "images_skipped", with the counts and the most frequent cause: too little of the
+/// board, or no plane. Throws Error kIo (folder, file), kInput (a name that is no time, an image of another size than
 /// the camera's, a pattern that is no projected board or is in colour), kNotEnoughData (no plane in any image).
 PROCAM_EXPORT PlaneSightings planes_in_light(const LightImages& images, const RigCamera& camera,
                                              const RigProjector& projector,

@@ -43,6 +43,8 @@ struct SightPlaneOptions {
   double max_noise_px = 0.5;
   /// Standard deviation of the normal's direction above which the points do not determine the plane, radians.
   double max_tilt_sigma = 0.1;
+  /// Of sight_planes(): points on each plane, 4 at least.
+  int min_points = 12;
 };
 
 struct PlaneSighting {
@@ -62,5 +64,13 @@ struct PlaneSighting {
 /// `min_share` are on one plane, and pixels that are beside their epipolar lines (another rig, another pattern).
 PROCAM_EXPORT PlaneSighting sight_plane(const std::vector<LightPoint>& points, const RigCamera& camera,
                                         const RigProjector& projector, const SightPlaneOptions& options = {});
+
+/// Light on several planes: a corner of a room, furniture. The plane with the most points first, then that of the others, while
+/// `min_points` are on one; `min_share` holds for the points of a plane, not for all. The start is the plane through
+/// three neighbours with the most points near it (M. A. Fischler, R. C. Bolles, Communications of the ACM 24(6), 1981). `rejected`
+/// are all points that are not on that plane. Errors as above, Error(kDegenerate) where no plane has enough points.
+PROCAM_EXPORT std::vector<PlaneSighting> sight_planes(const std::vector<LightPoint>& points,
+                                                      const RigCamera& camera, const RigProjector& projector,
+                                                      const SightPlaneOptions& options = {});
 
 }  // namespace procam::track

@@ -23,8 +23,9 @@ struct HeadAngles {
 /// A marker, or a map of markers, in one image; or a plane (wall, floor) as a depth sensor measures it, or a camera by the light
 /// of its own projector.
 struct MarkerSighting {
-  double time = 0;     ///< camera's clock, seconds
-  std::string marker;  ///< equal names are one marker (one map of markers, one plane); of a plane it may be empty
+  double time = 0;  ///< camera's clock, seconds
+  std::string
+      marker;  ///< equal names are one marker (one map of markers, one plane); of a plane it may be empty
   /// With the covariance of the left increment, in the marker's frame.
   PoseWithCovariance marker_from_rig;
   /// A plane's frame has z along the normal, towards the rig. Three numbers count, with their part of the covariance: the

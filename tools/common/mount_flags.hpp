@@ -19,7 +19,8 @@ struct MountFlags {
   session::SightingImages images;
   session::DepthImages depth;
   session::LightImages light;
-  std::string folder, depth_folder, light_folder, projector, rig, camera, depth_camera, intrinsics, markers, prior, output, picture;
+  std::string folder, depth_folder, light_folder, projector, rig, camera, depth_camera, intrinsics, markers,
+      prior, output, picture;
   io::LengthAndAngle prior_sigma;
   calibrate::MountOptions options;
 };

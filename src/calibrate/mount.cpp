@@ -238,6 +238,7 @@ MountResult calibrate_started(const MountData& started, const MountOptions& opti
     if (looks && extend(model, problem, equations, found)) continue;
     update_noise(model, equations);
     if (round == kCoarseRounds - 1) reject(model, MountProblem(model, false).linearise());
+    require_agreement(model);
     ++round;
   }
   // Then without the outliers.
@@ -248,12 +249,13 @@ MountResult calibrate_started(const MountData& started, const MountOptions& opti
     if (round > 0) problem.solve();
     Linear linear = problem.linearise();
     const int changed = reject(model, linear);
+    require_agreement(model);
     if (changed == 0 && round > 0) {
       last.emplace(std::move(linear));
       if (round + 1 < kFinalRounds) update_noise(model, *last);
     }
   }
-  require_agreement(model);
+  require_time_offset(model);
   MountProblem problem(model, false);
   problem.solve();
   const Equations equations(problem.linearise());

@@ -95,7 +95,7 @@ void require_observable(const MountInformation& information, const Model& model)
               remedy(missing, options.carrier));
 }
 
-void require_agreement(const Model& model) {
+void require_time_offset(const Model& model) {
   const Words words = words_of(model.options->carrier);
   const MountOptions& options = *model.options;
   constexpr double kAtLimit = 0.98;
@@ -107,6 +107,10 @@ void require_agreement(const Model& model) {
             fixed(options.max_time_offset, 1) + " s of the stated one",
         "state it roughly (--time-offset), or that there is none (--same-clock); else drive longer, with more "
         "sightings, and change speed and direction");
+}
+
+void require_agreement(const Model& model) {
+  const Words words = words_of(model.options->carrier);
   const auto require_most = [&](const std::vector<char>& use, const std::string& what) {
     const auto rejected = std::count(use.begin(), use.end(), 0);
     if (2 * std::size_t(rejected) <= use.size()) return;

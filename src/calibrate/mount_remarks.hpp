@@ -18,6 +18,9 @@ void require_observable(const MountInformation& information, const Model& model)
 /// Throws where most poses or sightings are rejected: what is left is no recording of the motion.
 void require_agreement(const Model& model);
 
+/// Throws where the clocks' difference is at the end of the range that is searched.
+void require_time_offset(const Model& model);
+
 /// Adds the remarks of calibrate_mount() to the diagnostics.
 void remark(MountResult& result, const MountOptions& options, const MountInformation& information);
 

@@ -124,6 +124,13 @@ std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const 
   return std::make_unique<MarkerSource>(open(), camera, map, detect::marker_cells(map.dictionary), open);
 }
 
+/// run.log: watch.csv; another.log: another_watch.csv, so that recordings in one folder keep theirs.
+std::string watch_log_beside(const std::string& record) {
+  const fs::path log = fs::absolute(record);
+  const std::string stem = log.stem().string();
+  return (log.parent_path() / (stem == "run" ? "watch.csv" : stem + "_watch.csv")).string();
+}
+
 std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& rig, bool stands) {
   const WatchInput& input = *options.watch;
   LightWatchOptions watching;
@@ -142,8 +149,7 @@ std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& r
   }
   watching.watch.movement.projector_covariance =
       watch::projector_covariance(rig, watching.projector.name, watching.camera.name);
-  if (!options.record.empty())
-    watching.log = (fs::absolute(options.record).parent_path() / "watch.csv").string();
+  if (!options.record.empty()) watching.log = watch_log_beside(options.record);
   device::CameraOptions opening;
   opening.size = watching.camera.camera.size;
   return std::make_unique<LightWatch>(

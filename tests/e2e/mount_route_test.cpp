@@ -47,6 +47,7 @@ TEST(MountRoute, FindsTheRigOfASimulatedRobot) {
 
   // A flag without its deviation, and one that counts for two things.
   EXPECT_EQ(run_tool("calibrate-mount", inputs + "--height 0.85m").exit_code, 2);
+  EXPECT_EQ(run_tool("calibrate-mount", inputs + "--height 70m+-5mm").exit_code, 2);
   EXPECT_EQ(run_tool("calibrate-mount", "--base " + file("base.log") + " -o " + file("mount.json")).exit_code,
             2);
   EXPECT_EQ(run_tool("calibrate-mount", inputs + "--height 0.7m+-2mm --child robot").exit_code, 3);

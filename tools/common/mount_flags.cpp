@@ -1,6 +1,7 @@
 #include "common/mount_flags.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 
 #include "common/cli.hpp"
 
@@ -143,6 +144,10 @@ void declare_stated(CLI::App& app, MountFlags& flags) {
       app, "--height",
       [&flags](const std::string& text) {
         const MeasuredLength height = parse_measured(text, "height", "0.85m+-5mm");
+        constexpr double kHighest = 10;
+        if (!(std::abs(height.value) < kHighest))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "no robot is that high",
+                      "check the unit: 0.85m+-5mm");
         flags.options.height = calibrate::MountHeight{height.value, height.sigma};
       },
       "Measured height of the rig's origin (first camera's centre) above the base's origin, e.g. 0.85m+-5mm: a drive "

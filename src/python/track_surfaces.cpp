@@ -16,13 +16,15 @@ void bind_sight_plane(py::module_& m) {
       .field("max_noise_px", &track::SightPlaneOptions::max_noise_px,
              "standard deviation of the residuals above which the surface is no plane")
       .field("max_tilt_sigma", &track::SightPlaneOptions::max_tilt_sigma,
-             "of the normal's direction, radians, above which the points do not determine the plane");
+             "of the normal's direction, radians, above which the points do not determine the plane")
+      .field("min_points", &track::SightPlaneOptions::min_points,
+             "of sight_planes(): points on each plane, 4 at least");
   Record<track::PlaneSighting>(m, "PlaneSighting", "A wall or a floor by the light of the rig's projector.")
       .fields_init()
       .field("plane_from_rig", &track::PlaneSighting::plane_from_rig,
              "z the normal, towards the camera. Tilt about x and y, and z, count with their part of\n"
              "the covariance; the other variances are 1.")
-      .field("chi2_per_dof", &track::PlaneSighting::chi2_per_dof, "")
+      .field("chi2_per_dof", &track::PlaneSighting::chi2_per_dof, "two residuals a point, three unknowns")
       .field("across_px", &track::PlaneSighting::across_px,
              "RMS of the residuals across the epipolar lines, pixels")
       .field("used", &track::PlaneSighting::used, "points")
@@ -31,6 +33,11 @@ void bind_sight_plane(py::module_& m) {
            "The plane that the light falls on, from one image: of each point the projector pixel,\n"
            "the camera pixel and its covariance count. Raises Error(kNotEnoughData), and\n"
            "Error(kDegenerate) for a view that shows no plane or does not determine it.",
+           py::arg("points"), py::arg("camera"), py::arg("projector"),
+           py::arg_v("options", track::SightPlaneOptions{}, "SightPlaneOptions()"));
+  function(m, "sight_planes", &track::sight_planes,
+           "Light on several planes, the one with the most points first: a corner of a room,\n"
+           "furniture. Raises the errors of sight_plane().",
            py::arg("points"), py::arg("camera"), py::arg("projector"),
            py::arg_v("options", track::SightPlaneOptions{}, "SightPlaneOptions()"));
 }

@@ -78,7 +78,7 @@ void declare_images(CLI::App& app, MountFlags& flags) {
       app.add_option("--images", flags.folder,
                      "Images of the rig's camera that show markers, each called after its time in seconds or "
                      "nanoseconds; with --rig, --dictionary and --marker-size");
-  auto* rig = app.add_option("--rig", flags.rig, "rig.json, for --images and --depth");
+  auto* rig = app.add_option("--rig", flags.rig, "rig.json, for --images, --light and --depth");
   images->needs(rig);
   app.add_option("--camera-name", flags.camera, "The camera of --images, for a rig with several");
   add_parsed(

@@ -1,6 +1,7 @@
 #include "procam/session/mount_planes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "procam/core/base/words.hpp"

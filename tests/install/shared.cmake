@@ -1,6 +1,7 @@
 # cmake -DPREFIX=... -DLIBDIR=... -DCOMPONENTS="core;io;..." -DTOOL=procam-studio -DOBJECTS=... -DCOMMON=... -DCXX=... -DOUT=... -P shared.cmake
+#   [-DPYTHON=python3 -DPACKAGE=FOLDER -DMODULE_OBJECTS=... -DMODULE=_procam.so]
 # The installed static libraries, made from hidden symbols, as shared ones: every symbol that one library takes from
-# another, or a tool from any, must be exported (PROCAM_EXPORT in core/base/export.hpp). Then the tool runs on them.
+# another, or a tool from any, must be exported (PROCAM_EXPORT in core/base/export.hpp). Then the tool runs on them, and the Python package is imported.
 # COMPONENTS: those below before those above.
 file(REMOVE_RECURSE ${OUT})
 file(MAKE_DIRECTORY ${OUT})
@@ -33,3 +34,16 @@ if(NOT result EQUAL 0)
   message(FATAL_ERROR "${TOOL} cannot be linked with shared libraries:\n${errors}")
 endif()
 execute_process(COMMAND ${OUT}/${TOOL} --version COMMAND_ERROR_IS_FATAL ANY)
+
+if(PYTHON)
+  file(MAKE_DIRECTORY ${OUT}/package)
+  file(COPY ${PACKAGE} DESTINATION ${OUT}/package)
+  get_filename_component(name ${PACKAGE} NAME)
+  execute_process(COMMAND ${CXX} -shared ${MODULE_OBJECTS} -L${OUT} -Wl,-rpath,${OUT} ${links} -o ${OUT}/package/${name}/${MODULE}
+    COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E env PYTHONPATH=${OUT}/package ${PYTHON} -c "import procam"
+    RESULT_VARIABLE result ERROR_VARIABLE errors)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "the Python package cannot be imported with shared libraries; PROCAM_EXPORT is missing on:\n${errors}")
+  endif()
+endif()

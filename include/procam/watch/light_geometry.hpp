@@ -54,11 +54,11 @@ struct LitCell {
   Mat23 pixel_by_point = Mat23::Zero();  ///< d (working pixel) / d (point in the rig's frame), per metre
 
   /// The light's way on the wall when the projector moves by [w, v]: 3 x 6.
-  Eigen::Matrix<double, 3, 6> by_projector() const;
+  PROCAM_EXPORT Eigen::Matrix<double, 3, 6> by_projector() const;
   /// ... and when its surface does.
-  Eigen::Matrix<double, 3, 6> by_surface() const;
+  PROCAM_EXPORT Eigen::Matrix<double, 3, 6> by_surface() const;
   /// The way of the light across the surface when the surface moves, without the surface's way along itself.
-  Eigen::Matrix<double, 3, 6> across_surface() const;
+  PROCAM_EXPORT Eigen::Matrix<double, 3, 6> across_surface() const;
 };
 
 struct LightGeometry {
@@ -74,7 +74,7 @@ struct LightGeometry {
   std::vector<LitCell> cells;
 
   /// Is the working pixel between four nodes of one surface?
-  bool is_lit(int x, int y) const;
+  PROCAM_EXPORT bool is_lit(int x, int y) const;
 };
 
 /// Throws std::invalid_argument for options out of range or an outline with fewer than three corners. Without any lit

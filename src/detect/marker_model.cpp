@@ -24,7 +24,9 @@ constexpr double kGammaPrior = 0.75, kGammaSigma = 0.4, kInkSigma = 0.15;
 constexpr double kMinBlur = 0.2887;
 
 struct Sample {
-  Vec2 pixel, on_marker;  ///< on_marker at the current corners, unit coordinates
+  Vec2 pixel;
+  Vec2 on_plane;  ///< the pixel before the lens (MarkerWarp): the lens is undone once, not for each step
+  Mat2 plane_by_pixel;  ///< d on_plane / d pixel
   double grey = 0;
 };
 
@@ -35,28 +37,62 @@ struct White {
   Vec2 gradient = Vec2::Zero();
 };
 
-/// Normal distribution and density at the grid's lines along one axis.
+/// The standard normal distribution within 5 sigma, by cubic Hermite interpolation: to 1e-10, a sixth of erfc's and exp's time.
+class NormalTable {
+ public:
+  static constexpr double kReach = 5;
+  struct Value {
+    double below, density;
+  };
+
+  NormalTable() {
+    for (int i = 0; i <= kSteps + 1; ++i) {
+      const double z = i * kStep - kReach;
+      values_[std::size_t(i)] = {0.5 * std::erfc(-z * M_SQRT1_2),
+                                 0.3989422804014327 * std::exp(-0.5 * z * z)};
+    }
+  }
+  Value operator()(double z) const {
+    const double place = (z + kReach) / kStep, i = std::floor(place), t = place - i;
+    const Value &a = values_[std::size_t(i)], &b = values_[std::size_t(i) + 1];
+    const double za = i * kStep - kReach, zb = za + kStep, rise = t * t * (3 - 2 * t), back = 1 - t,
+                 slope_a = kStep * t * back * back, slope_b = -kStep * t * t * back;
+    return {a.below + rise * (b.below - a.below) + slope_a * a.density + slope_b * b.density,
+            a.density + rise * (b.density - a.density) - slope_a * za * a.density - slope_b * zb * b.density};
+  }
+
+ private:
+  static constexpr int kSteps = 640;
+  static constexpr double kStep = 2 * kReach / kSteps;
+  std::array<Value, kSteps + 2> values_;
+};
+
+/// Normal distribution and density at the grid's lines along one axis, where they are within 5 sigma.
 class Axis {
  public:
   void fill(int cells, double at, double sigma) {
-    for (int i = 0; i <= cells; ++i) {
-      const double z = (i - at) / sigma;
-      const bool far = std::abs(z) > 5;
-      below_[std::size_t(i)] = far ? double(z > 0) : 0.5 * std::erfc(-z * M_SQRT1_2);
-      density[std::size_t(i)] = far ? 0 : 0.3989422804014327 * std::exp(-0.5 * z * z) / sigma;
-    }
-    for (std::size_t i = 0; i < std::size_t(cells); ++i) {
-      share[i] = below_[i + 1] - below_[i];
-      by_place[i] = density[i] - density[i + 1];
-      wider[i] = density[i] * (double(i) - at) - density[i + 1] * (double(i) + 1 - at);
+    static const NormalTable table;
+    constexpr double kReach = NormalTable::kReach;
+    const auto line_at = [&](double place) { return std::size_t(std::clamp(place, 0.0, double(cells))); };
+    first = line_at(std::floor(at - kReach * sigma));
+    last = line_at(std::ceil(at + kReach * sigma));
+    double below_before = 0;
+    for (std::size_t i = first; i <= last; ++i) {
+      const double z = (double(i) - at) / sigma;
+      const NormalTable::Value value = std::abs(z) > kReach ? NormalTable::Value{double(z > 0), 0} : table(z);
+      density[i] = value.density / sigma;
+      if (i > first) {
+        share[i - 1] = value.below - below_before;
+        by_place[i - 1] = density[i - 1] - density[i];
+        wider[i - 1] = density[i - 1] * (double(i) - 1 - at) - density[i] * (double(i) - at);
+      }
+      below_before = value.below;
     }
   }
   static constexpr std::size_t kMaxLines = 24;
-  /// Of cells: the share, by the place, by log sigma. Of lines: the density.
-  std::array<double, kMaxLines> share{}, by_place{}, wider{}, density{};
-
- private:
-  std::array<double, kMaxLines> below_{};
+  std::size_t first = 0, last = 0;  ///< lines; the cells first .. last - 1 are between them
+  /// Of cells: the share, by the place, by log sigma. Of lines: the density. Without values beyond first and last.
+  std::array<double, kMaxLines> share, by_place, wider, density;
 };
 
 class Print {
@@ -103,26 +139,25 @@ class Print {
     y.fill(cells_, at.y(), sigma_y);
     White out;
     const auto n = std::size_t(cells_);
-    for (std::size_t row = 0; row < n; ++row) {
+    for (std::size_t row = y.first; row < y.last; ++row) {
       double black = 0, by_x = 0, wider_x = 0, borders = 0;
-      bool before = false;
-      for (std::size_t column = 0; column < n; ++column) {
+      bool before = x.first > 0 && black_[row * n + x.first - 1];
+      for (std::size_t column = x.first; column < x.last; ++column) {
         const bool here = black_[row * n + column];
         if (here) black += x.share[column], by_x += x.by_place[column], wider_x += x.wider[column];
         if (here != before) borders += x.density[column];
         before = here;
       }
-      if (before) borders += x.density[n];
+      if (before != (x.last < n && black_[row * n + x.last])) borders += x.density[x.last];
       out.share -= black * y.share[row];
       out.wider -= wider_x * y.share[row] + black * y.wider[row];
       out.gradient.x() -= by_x * y.share[row];
       out.gradient.y() -= black * y.by_place[row];
       out.ink += borders * y.share[row];
     }
-    for (std::size_t line = 0; line <= n; ++line) {
-      if (!(y.density[line] > 0)) continue;
+    for (std::size_t line = y.first; line <= y.last; ++line) {
       double borders = 0;
-      for (std::size_t column = 0; column < n; ++column) {
+      for (std::size_t column = x.first; column < x.last; ++column) {
         const bool above = line > 0 && black_[(line - 1) * n + column],
                    below = line < n && black_[line * n + column];
         if (above != below) borders += x.share[column];
@@ -136,21 +171,39 @@ class Print {
   std::vector<char> black_;
 };
 
-/// The unit coordinates that the warp shows at a pixel; Newton's method from `start`.
-std::optional<Vec2> on_marker_of(const MarkerWarp& warp, const Vec2& pixel, Vec2 start, Mat2& by_pixel) {
-  constexpr double kStep = 1e-4;
-  for (int i = 0; i < 4; ++i) {
-    const auto at = warp(start), x = warp(start + Vec2(kStep, 0)), y = warp(start + Vec2(0, kStep));
-    if (!at || !x || !y) return std::nullopt;
-    Mat2 by_marker;
-    by_marker << (*x - *at) / kStep, (*y - *at) / kStep;
-    if (!(std::abs(by_marker.determinant()) > 1)) return std::nullopt;
-    by_pixel = by_marker.inverse();
-    const Vec2 step = by_pixel * (pixel - *at);
-    start += step;
-    if (step.squaredNorm() < 1e-16) break;
-  }
-  return start;
+/// A point before the lens in unit coordinates.
+struct OnMarker {
+  Vec2 at;
+  double w = 1;  ///< the homogeneous coordinate
+};
+
+std::optional<OnMarker> on_marker_of(const Mat3& marker_from_plane, const Vec2& on_plane) {
+  const Vec3 h = marker_from_plane * on_plane.homogeneous();
+  if (!(std::abs(h.z()) > 1e-12 * marker_from_plane.row(2).norm())) return std::nullopt;
+  return OnMarker{h.head<2>() / h.z(), h.z()};
+}
+
+/// d on_marker / d on_plane.
+Mat2 by_plane(const Mat3& marker_from_plane, const OnMarker& point) {
+  return (marker_from_plane.topLeftCorner<2, 2>() - point.at * marker_from_plane.bottomLeftCorner<1, 2>()) /
+         point.w;
+}
+
+/// The sample of a pixel without its grey; nullopt where the lens has no ray.
+std::optional<Sample> before_lens(const Vec2& pixel, const Camera* lens) {
+  if (lens == nullptr) return Sample{pixel, pixel, Mat2::Identity(), 0};
+  constexpr double kStep = 1e-5;
+  const auto bearing = lens->unproject(pixel);
+  if (!bearing || !(bearing->z() > 0)) return std::nullopt;
+  const Vec2 on_plane = bearing->hnormalized();
+  const auto at = lens->project(Vec3(on_plane.x(), on_plane.y(), 1)),
+             x = lens->project(Vec3(on_plane.x() + kStep, on_plane.y(), 1)),
+             y = lens->project(Vec3(on_plane.x(), on_plane.y() + kStep, 1));
+  if (!at || !x || !y) return std::nullopt;
+  Mat2 pixel_by_plane;
+  pixel_by_plane << (*x - *at) / kStep, (*y - *at) / kStep;
+  if (!(std::abs(pixel_by_plane.determinant()) > 1)) return std::nullopt;
+  return Sample{pixel, on_plane, pixel_by_plane.inverse(), 0};
 }
 
 struct State {
@@ -187,15 +240,15 @@ class Fitter {
     if (low.x() < 0 || low.y() < 0 || high.x() > image_.width - 1 || high.y() > image_.height - 1)
       return false;
     middle_ = 0.5 * (low + high);
-    Mat2 by_pixel;
-    const auto start = on_marker_of(*warp, middle_, Vec2::Zero(), by_pixel);
-    if (!start) return false;
+    const Mat3 marker_from_plane = warp->plane_from_marker.inverse();
     for (int y = int(std::ceil(low.y())); y <= int(high.y()); ++y)
       for (int x = int(std::ceil(low.x())); x <= int(high.x()); ++x) {
-        const Vec2 pixel(x, y);
-        const auto at = on_marker_of(*warp, pixel, *start, by_pixel);
-        if (at && at->cwiseAbs().maxCoeff() < reach)
-          samples_.push_back({pixel, *at, double(image_.at(x, y))});
+        std::optional<Sample> sample = before_lens(Vec2(x, y), lens_);
+        if (!sample) continue;
+        const auto found = on_marker_of(marker_from_plane, sample->on_plane);
+        if (!found || !(found->at.cwiseAbs().maxCoeff() < reach)) continue;
+        sample->grey = image_.at(x, y);
+        samples_.push_back(*sample);
       }
     return samples_.size() > 4 * kUnknowns;
   }
@@ -211,28 +264,27 @@ class Fitter {
     return state;
   }
 
-  std::optional<Levels> levels(const State& state) {
+  std::optional<Levels> levels(const State& state) const {
     const auto warp = MarkerWarp::through(state.corners, lens_);
     if (!warp) return std::nullopt;
-    std::array<MarkerWarp, 8> moved;
+    const Mat3 marker_from_plane = warp->plane_from_marker.inverse();
+    std::array<Mat3, 8> moved;
     constexpr double kStep = 1e-3;
     for (std::size_t k = 0; k < 8; ++k) {
       Corners other = state.corners;
       other[k / 2][Eigen::Index(k % 2)] += kStep;
       const auto through = MarkerWarp::through(other, lens_);
       if (!through) return std::nullopt;
-      moved[k] = *through;
+      moved[k] = through->plane_from_marker.inverse();
     }
     const double cells = print_.cells(), blur = state.at(kBlur), gamma = state.at(kGamma);
     const Vec2 ramp(state.at(kRampX), state.at(kRampY));
     Levels out;
-    for (Sample& s : samples_) {
-      Mat2 by_pixel;
-      const auto at = on_marker_of(*warp, s.pixel, s.on_marker, by_pixel);
-      if (!at || !(at->cwiseAbs().maxCoeff() < 2)) return std::nullopt;
-      s.on_marker = *at;
-      const Mat2 cells_by_pixel = cells * by_pixel;
-      const Vec2 in_cells = cells * (*at + Vec2(0.5, 0.5));
+    for (const Sample& s : samples_) {
+      const auto here = on_marker_of(marker_from_plane, s.on_plane);
+      if (!here || !(here->at.cwiseAbs().maxCoeff() < 2)) return std::nullopt;
+      const Mat2 cells_by_pixel = cells * by_plane(marker_from_plane, *here) * s.plane_by_pixel;
+      const Vec2 in_cells = cells * (here->at + Vec2(0.5, 0.5));
       const Mat2 shape = cells_by_pixel * cells_by_pixel.transpose();
       const White white = print_.under(in_cells, blur * blur * shape);
       const double level =
@@ -242,12 +294,10 @@ class Fitter {
       Unknowns by = Unknowns::Zero();
       if (lamp * power < 255) {  // else it is clipped
         const double by_level = lamp * power * gamma / level, by_share = by_level * state.at(kContrast);
-        const auto here = (*warp)(*at);
         for (std::size_t k = 0; k < 8; ++k) {
-          const auto there = moved[k](*at);
-          if (!here || !there) return std::nullopt;
-          // At the same pixel the print appears moved the other way.
-          by[Eigen::Index(k)] = -by_share * white.gradient.dot(cells_by_pixel * (*there - *here)) / kStep;
+          const auto there = on_marker_of(moved[k], s.on_plane);
+          if (!there) return std::nullopt;
+          by[Eigen::Index(k)] = by_share * cells * white.gradient.dot(there->at - here->at) / kStep;
         }
         by[kBlur] = by_share * white.wider / blur;
         by[kDark] = by_level;
@@ -289,10 +339,10 @@ class Fitter {
     return normal;
   }
 
-  /// Levenberg-Marquardt at the present weights.
-  bool solve(State& state) {
+  /// Levenberg-Marquardt at the present weights. Returns the levels of the new state.
+  std::optional<Levels> solve(State& state) const {
     auto now = levels(state);
-    if (!now) return false;
+    if (!now) return std::nullopt;
     double sum = cost(state, *now), damping = 1e-3;
     for (int iteration = 0; iteration < 25; ++iteration) {
       Unknowns right;
@@ -300,27 +350,28 @@ class Fitter {
       normal.diagonal() *= 1 + damping;
       normal.diagonal().array() += 1e-12;
       const Unknowns step = Cholesky(normal).solve(right);
-      if (!step.allFinite()) return false;
+      if (!step.allFinite()) return std::nullopt;
       State trial = state;
       for (std::size_t k = 0; k < 8; ++k) trial.corners[k / 2][Eigen::Index(k % 2)] += step[Eigen::Index(k)];
       trial.rest += step.tail<kUnknowns - 8>();
       trial.rest[kBlur - 8] = std::clamp(trial.at(kBlur), kMinBlur, 4.0);
       trial.rest[kGamma - 8] = std::clamp(trial.at(kGamma), 0.25, 1.5);
+      const bool at_rest = step.head<8>().norm() < 1e-3;  // pixels
       auto next = levels(trial);
       const double trial_sum = next ? cost(trial, *next) : 1e300;
       if (trial_sum <= sum) {
-        const bool done = step.head<8>().norm() < 1e-3 && sum - trial_sum < 1e-3 * sum;
+        const bool done = at_rest && sum - trial_sum < 1e-3 * sum;
         state = trial;
-        damping = std::max(0.1 * damping, 1e-7);
+        damping = std::max(0.1 * damping, 1e-4);
         now = std::move(next);
         sum = trial_sum;
-        if (done) return true;
+        if (done) return now;
       } else {
-        damping *= 10;
-        if (damping > 1e6) return true;  // rounding alone decides
+        damping = std::max(10 * damping, 0.1);
+        if (at_rest || damping > 1e6) return now;  // rounding alone decides
       }
     }
-    return true;
+    return now;
   }
 
  private:
@@ -366,17 +417,18 @@ std::optional<ModelFit> fit_model(const ViewU8& image, const MarkerCells& codes,
   fitter.weights().assign(fitter.samples().size(), 1);
   State state = fitter.begin(start);
   double rms = 0;
+  std::optional<Levels> levels;
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    if (!fitter.solve(state)) return std::nullopt;
-    // From where the marker is now.
-    if (round == 0 && !fitter.gather(state.corners)) return std::nullopt;
-    const auto levels = fitter.levels(state);
+    levels = fitter.solve(state);
+    if (levels && round == 0) {
+      // From where the marker is now.
+      if (!fitter.gather(state.corners)) return std::nullopt;
+      levels = fitter.levels(state);
+    }
     if (!levels) return std::nullopt;
     rms = weigh(fitter.samples(), *levels, fitter.weights());
   }
-  const auto levels = fitter.levels(state);
-  if (!levels) return std::nullopt;
   Unknowns right;
   const Normal normal = fitter.normal_matrix(state, *levels, right);
   const Normal inverse = Cholesky(normal).inverse();

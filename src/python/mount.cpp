@@ -303,7 +303,7 @@ void bind_drives(py::module_& m) {
            "What the camera of a rig sees of markers along a drive, with the true mount.", py::arg("drive"),
            py::arg_v("options", simulate::SightingOptions{}, "SightingOptions()"));
   function(m, "drive_room", &simulate::drive_room, "The room about a drive past planes, for depth_view().",
-           py::arg("sightings"), py::arg("seed") = 0, py::arg("furnished") = true);
+           py::arg("sightings"), py::arg("seed") = 0);
   function(m, "mount_drive", &simulate::mount_drive,
            "marker_sightings(), and what a localiser reports of the drive.", py::arg("drive"),
            py::arg_v("options", simulate::MountDriveOptions{}, "MountDriveOptions()"));

@@ -17,12 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<std::pair<double, fs::path>> depth_files(const DepthImages& images) {
-  std::vector<std::pair<double, fs::path>> files =
-      timed_images(images.folder, {".png", ".tif", ".tiff", ".pfm"});
-  if (files.empty())
-    throw Error(ErrorKind::kNotEnoughData, images.folder.string(), "it holds no depth images",
-                "give a folder of .png, .tif or .pfm, each called after its time");
-  return files;
+  return timed_images(images.folder, {".png", ".tif", ".tiff", ".pfm"});
 }
 
 /// z along the normal, from the middle of what is seen.

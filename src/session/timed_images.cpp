@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::session {
 namespace {
@@ -37,6 +38,10 @@ std::vector<std::pair<double, fs::path>> timed_images(const fs::path& folder,
                   "name the images after their times: seconds (12.35.png) or nanoseconds");
     images.emplace_back(*time, entry.path());
   }
+  if (images.empty())
+    throw Error(ErrorKind::kNotEnoughData, folder.string(),
+                "it holds no image (" + and_list(extensions) + ")",
+                "give the folder with the images of the drive");
   std::sort(images.begin(), images.end());
   return images;
 }

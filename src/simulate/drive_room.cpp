@@ -24,7 +24,7 @@ Pose upright(const Pose& world_from_plane) {
 
 }  // namespace
 
-Room drive_room(const MarkerSightings& seen, std::uint64_t seed, bool furnished) {
+Room drive_room(const MarkerSightings& seen, std::uint64_t seed) {
   require(seen.planes.size() > 1, "drive_room: these sightings are of no floor and walls");
   Draw draw(seed, 11);
   Room room;
@@ -42,7 +42,6 @@ Room drive_room(const MarkerSightings& seen, std::uint64_t seed, bool furnished)
     const Pose stands = upright(seen.planes[wall]);
     const std::string name = "wall " + std::to_string(wall);
     add(name, Vec2(-kLong / 2, -kHigh), Vec2(kLong / 2, 0), stands);
-    if (!furnished) continue;
     // A cupboard and a low chest before it. The drive stays 1.5 m away.
     const Vec3 sizes[] = {{draw.uniform(0.8, 1.4), draw.uniform(1.6, 2), draw.uniform(0.35, 0.6)},
                           {draw.uniform(0.9, 1.6), draw.uniform(0.4, 0.9), draw.uniform(0.4, 0.7)}};

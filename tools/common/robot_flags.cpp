@@ -71,7 +71,7 @@ void declare_output(CLI::App& app, RobotFlags& flags) {
       "585,585,319.5,239.5): 16 bits, 1 mm, named by their stamps; with --sightings and --see planes or both");
   app.add_option(
       "--save-light", flags.light,
-      "Also what a camera there sees of the empty room in the light of a projector beside the camera, which shows the board "
+      "Also what a camera there sees of that room in the light of a projector beside the camera, which shows the board "
       "frame of the pattern 'markers', and rig.json; likewise");
   app.add_option("--save-mount", flags.true_mount, "True pose of that rig on the robot, a pose file");
   app.add_option(
@@ -132,8 +132,12 @@ void declare(CLI::App& app, RobotFlags& flags) {
                                      {"--save-depth", flags.depth},
                                      {"--save-light", flags.light}})
       if (!file.empty() && flags.sightings.empty()) throw CLI::RequiresError(flag, "--sightings");
-    if (!(flags.depth.empty() && flags.light.empty()) && flags.see == simulate::SightingKind::kMarkers)
-      throw CLI::RequiresError(flags.depth.empty() ? "--save-light" : "--save-depth", "--see planes");
+    if (flags.depth.empty() && flags.light.empty()) return;
+    const char* const images = flags.depth.empty() ? "--save-light" : "--save-depth";
+    if (flags.see == simulate::SightingKind::kMarkers) throw CLI::RequiresError(images, "--see planes");
+    if (is_arm(flags) || is_head(flags))
+      throw CLI::ValidationError(images,
+                                 "an arm and a head are calibrated by markers; drive, e.g. --path walk");
   });
 }
 

@@ -60,7 +60,7 @@ void save_depth_images(const std::string& folder, const DriveImages& drive, Cons
 }
 
 void save_light_images(const std::string& folder, const DriveImages& drive, Console& console) {
-  simulate::Room room = simulate::drive_room(drive.seen, drive.seed, false);
+  simulate::Room room = simulate::drive_room(drive.seen, drive.seed);
   room.ambient = 0.03;
   const Rig rig = carried_rig();
   const RigProjector& projector = rig.projectors.front();

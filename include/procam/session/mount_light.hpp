@@ -7,11 +7,13 @@
 ///   const session::PlaneSightings seen = session::planes_in_light(images, rig.camera(), rig.projector());
 ///
 /// The robot moves, so that each image counts alone: there is none under flat light of the same pose. The board's points are
-/// found in the image as it is (detect::detect_board). Prints and edges within the light disturb them; blank walls and a floor
-/// without a pattern are best. Of markers and charuco any part is enough; chessboards and circles must be seen as a whole.
+/// found in the image as it is. Prints and edges within the light disturb them; blank surfaces are best. Of markers and charuco any
+/// part is enough; chessboards and circles must be seen as a whole. Best are markers: each is fitted by itself
+/// (detect::detect_marker_edges), on whatever surface it falls. Markers that fit worse than their neighbours lie across a crease of two
+/// surfaces, and are rejected. The other boards are taken as flat (detect::detect_board).
 ///
-/// The planes are those of track::sight_planes(): in a corner and on furniture an image gives several. Which sightings are of one plane is for calibrate_mount() to find: the names
-/// are empty.
+/// The planes are those of track::sight_planes(): in a corner and on furniture an image gives several. Which sightings are of
+/// one plane is for calibrate_mount() to find: the names are empty.
 #include <filesystem>
 #include <string>
 

@@ -69,10 +69,10 @@ struct MarkerSightings {
 /// Throws std::invalid_argument for numbers out of range, Error(kNotEnoughData) if no marker is seen.
 PROCAM_EXPORT MarkerSightings marker_sightings(const Drive& drive, const SightingOptions& options = {});
 
-/// The floor, walls and ceiling about a drive past planes; furnished with a cupboard and a chest before each wall:
+/// The floor, walls and ceiling about a drive past planes, and a cupboard and a chest before each wall:
 ///   depth_view(drive_room(seen, 7), sensor, seen.rig[i].pose, seed)       // what a depth sensor on the rig measures
 /// Throws std::invalid_argument for sightings of markers alone.
-PROCAM_EXPORT Room drive_room(const MarkerSightings& seen, std::uint64_t seed = 0, bool furnished = true);
+PROCAM_EXPORT Room drive_room(const MarkerSightings& seen, std::uint64_t seed = 0);
 
 /// The localiser besides.
 struct MountDriveOptions : SightingOptions {

@@ -93,7 +93,7 @@ TEST(MountRoute, FindsTheRigByDepthImages) {
   ASSERT_EQ(
       run_tool(
           "simulate-robot",
-          "--path walk --duration 30s --noise 10mm,0.5deg --seed 4 --clock-offset 80ms --see planes -o " +
+          "--path walk --duration 15s --noise 10mm,0.5deg --seed 3 --clock-offset 80ms --see planes -o " +
               file("base.log") + " --sightings " + file("sightings.log") + " --save-mount " +
               file("true.json") + " --save-depth " + file("depth"))
           .exit_code,
@@ -134,7 +134,7 @@ TEST(MountRoute, FindsTheRigByItsOwnLight) {
   ASSERT_EQ(
       run_tool(
           "simulate-robot",
-          "--path walk --duration 17s --noise 10mm,0.5deg --seed 3 --clock-offset 80ms --see planes -o " +
+          "--path walk --duration 12s --noise 10mm,0.5deg --seed 3 --clock-offset 80ms --see planes -o " +
               file("base.log") + " --sightings " + file("sightings.log") + " --save-mount " +
               file("true.json") + " --save-light " + file("light"))
           .exit_code,

@@ -389,7 +389,7 @@ def test_a_plane_by_the_light_of_the_rig(projector, tmp_path):
     assert frame.shape[:2] == (400, 640)
     images = procam.session.LightImages()
     images.folder = tmp_path
-    with pytest.raises(procam.Error, match="0 images"):
+    with pytest.raises(procam.Error, match="holds no image"):
         procam.session.planes_in_light(images, camera, light)
 
 

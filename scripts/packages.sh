@@ -75,7 +75,8 @@ look_by_lintian() {
 try_in_bare_system() {
   local system test depends status=0
   system=$(mktemp -d) || return 1
-  trap 'remove_bare_system "$system"' RETURN
+  # Also taken back, as it would run again when the caller returns.
+  trap 'remove_bare_system "$system"; trap - RETURN' RETURN
   make_bare_system "$system" || return 1
   local captures=${PROCAM_TEST_DATA:-../shared/data}/graycode
   if [[ -d $captures ]]; then

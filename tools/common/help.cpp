@@ -36,7 +36,7 @@ constexpr OptionGroup kGroups[] = {
     {"simulate-robot", "Messages", " to binary frame child covariance twist gyro no-stamp "},
     {"simulate-robot", "Localiser and network",
      " rate noise delay jitter loss reorder duplicate garbage clock-offset clock-drift "},
-    {"simulate-robot", "Truth", " truth sightings see save-depth save-light "},
+    {"simulate-robot", "Truth", " truth sightings see "},
     {"render-to-image", "Input", " rig surfaces content fit crop "},
     {"render-to-image", "Several frames", " time duration fps "},
     {"render-to-image", "Virtual objects", " viewer virtual "},
@@ -125,7 +125,7 @@ constexpr ValueType kValueTypes[] = {
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " data figures json output preview record report save-board save-depth save-draws save-markers save-mount save-points save-poses save-show video watch-save weights write-moved write-observations ";
+    " data figures json output preview record report save-board save-depth save-draws save-light save-markers save-mount save-points save-poses save-show video watch-save weights write-moved write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

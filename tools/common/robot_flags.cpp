@@ -71,8 +71,8 @@ void declare_output(CLI::App& app, RobotFlags& flags) {
       "585,585,319.5,239.5): 16 bits, 1 mm, named by their stamps; with --sightings and --see planes or both");
   app.add_option(
       "--save-light", flags.light,
-      "Also what a camera there sees of that room in the light of a projector beside the camera, which shows the board "
-      "frame of the pattern 'markers', and rig.json; likewise");
+      "Also what a camera on the rig sees of that room in the light of a projector beside it, which shows the board frame of "
+      "the pattern 'markers', five images a second, and rig.json; with --sightings and --see planes or both");
   app.add_option("--save-mount", flags.true_mount, "True pose of that rig on the robot, a pose file");
   app.add_option(
       "--save-markers", flags.true_markers,

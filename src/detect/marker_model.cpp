@@ -73,13 +73,17 @@ class Axis {
   void fill(int cells, double at, double sigma) {
     static const NormalTable table;
     constexpr double kReach = NormalTable::kReach;
-    const auto line_at = [&](double place) { return std::size_t(std::clamp(place, 0.0, double(cells))); };
+    // Comparisons so that what is no number indexes nothing.
+    const auto line_at = [&](double place) {
+      return place > 0 ? std::size_t(std::min(place, double(cells))) : 0;
+    };
     first = line_at(std::floor(at - kReach * sigma));
     last = line_at(std::ceil(at + kReach * sigma));
     double below_before = 0;
     for (std::size_t i = first; i <= last; ++i) {
       const double z = (double(i) - at) / sigma;
-      const NormalTable::Value value = std::abs(z) > kReach ? NormalTable::Value{double(z > 0), 0} : table(z);
+      const NormalTable::Value value =
+          std::abs(z) <= kReach ? table(z) : NormalTable::Value{double(z > 0), 0};
       density[i] = value.density / sigma;
       if (i > first) {
         share[i - 1] = value.below - below_before;

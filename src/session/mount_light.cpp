@@ -51,7 +51,7 @@ bool is_across_a_crease(const SeenMarker& marker, const std::map<int, const Seen
 
 /// The corners of the markers, each marker fitted by itself: in a corner of a room and on furniture the board is not flat.
 Detections corners_of_markers(const ImageU8& grey, const MarkerGrid& grid, const Camera& camera) {
-  /// Blotches of paint and the projector's pixels, in each marker's corners.
+  // Blotches of paint and the projector's pixels, in each marker's corners.
   constexpr double kSurfaceSigmaPx = 0.045;
   const MarkerDetections seen =
       detect::detect_marker_edges(grey, detect::marker_cells(grid.dictionary), {camera});

@@ -2,7 +2,7 @@
 # Everything that procam promises, tested from nothing on Debian 12:   tests/run.sh
 # Installs missing packages, checks style and sources, builds and tests three presets (ci: everything; core-only: Eigen
 # alone, under sanitizers; asan: what reads files, under sanitizers, and a second of each fuzz target), walks the main job
-# (examples/run.sh), does ten minutes of faults to running shows beside that, and ends with "N passed, N failed". The
+# (examples/run.sh), does five minutes of faults to running shows beside that, and ends with "N passed, N failed". The
 # tests labelled "long" are left to `ctest --preset ci -L long`.
 # Exit status 0 if nothing failed.
 set -uo pipefail
@@ -66,7 +66,7 @@ check_format() {
 # Faults at random to running shows. All that follows is begun at a lower priority, so that the shows have their frames;
 # still, how many are dropped is judged on a quiet machine alone (docs/soak.md).
 begin_chaos() {
-  build/ci/tests/soak/chaos --minutes 10 --seed 20 --dropped 0.3 >build/ci/chaos.log 2>&1 &
+  build/ci/tests/soak/chaos --minutes 5 --seed 20 --dropped 0.3 >build/ci/chaos.log 2>&1 &
   chaos=$!
   renice -n 10 $$ >/dev/null
 }
@@ -87,7 +87,7 @@ step "The main job: examples/run.sh" env PROCAM_PRESET=ci examples/run.sh build/
 build_and_test core-only "core alone, without OpenCV and Ceres, under sanitizers"
 build_and_test asan "what reads files, under sanitizers"
 step "Fuzz: a second for each target" env JOBS="$jobs" tests/fuzz/run.sh --minute
-step "Soak: ten minutes of faults, beside the phases above" end_chaos
+step "Soak: five minutes of faults, beside the phases above" end_chaos
 
 printf '\nAll phases: %d s\n' "$SECONDS"
 if ((skipped > 0)); then

@@ -88,7 +88,7 @@ Mat34 linear_projection(const Points3& points, const Points2& pixels, const Norm
     rows.block<1, 4>(1, 8) = -u.y() * x.transpose();
     normal += rows.transpose() * rows;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>> eigen(normal);
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(normal);
   const Eigen::Matrix<double, 12, 1> p = eigen.eigenvectors().col(0);
   Mat34 projection;
   projection << p.segment<4>(0).transpose(), p.segment<4>(4).transpose(), p.segment<4>(8).transpose();

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "mount_costs.hpp"
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/stats.hpp"
 
 namespace procam::calibrate::mount {
@@ -122,7 +123,7 @@ class Heading {
   explicit Heading(const std::vector<BasePose>& base) {
     Vec3 up = Vec3::Zero();
     for (const BasePose& pose : base) up += pose.world_from_base.rotate(Vec3::UnitZ());
-    const Eigen::Quaterniond level = Eigen::Quaterniond::FromTwoVectors(up, Vec3::UnitZ());
+    const Eigen::Quaterniond level = rotation_between(up, Vec3::UnitZ());
     double heading = 0, before = 0;
     for (std::size_t i = 0; i < base.size(); ++i) {
       const Vec3 ahead = level * base[i].world_from_base.rotate(Vec3::UnitX());
@@ -197,7 +198,7 @@ bool is_part_of(const Horizontal& part, const Horizontal& whole) {
 /// Walls turn against the base. About a normal that points downwards they turn with it.
 double turns_with_base(const std::vector<Track>& tracks, const MountData& data, const Heading& heading,
                        double offset, const Vec3& normal) {
-  const Eigen::Quaterniond level = Eigen::Quaterniond::FromTwoVectors(normal, Vec3::UnitZ());
+  const Eigen::Quaterniond level = rotation_between(normal, Vec3::UnitZ());
   constexpr double kUpright = 0.5;
   double sum = 0;
   for (const Track& track : tracks) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mount_start_planes.hpp"
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 
@@ -29,7 +30,7 @@ Pose plane_of(const std::vector<BasePose>& base) {
   normal.normalize();
   std::vector<double> heights;
   for (const BasePose& pose : base) heights.push_back(normal.dot(pose.world_from_base.translation));
-  return {Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), normal), normal * median(heights)};
+  return {rotation_between(Vec3::UnitZ(), normal), normal * median(heights)};
 }
 
 /// Off the plane: height and tilt of each pose, and what neighbours differ by, which is noise alone.
@@ -231,8 +232,8 @@ Pose hand_eye(const Model& model, const std::vector<Pair>& pairs) {
   const Vec3 axis_base = model.planar ? Vec3::UnitZ() : Vec3(svd.matrixU().col(0));
   Vec3 axis_rig = turning.correlation.transpose() * axis_base;
   axis_rig.normalize();
-  const Mat3 to_axis = Eigen::Quaterniond::FromTwoVectors(axis_base, Vec3::UnitZ()).toRotationMatrix(),
-             rig_to_axis = Eigen::Quaterniond::FromTwoVectors(axis_rig, Vec3::UnitZ()).toRotationMatrix();
+  const Mat3 to_axis = rotation_between(axis_base, Vec3::UnitZ()).toRotationMatrix(),
+             rig_to_axis = rotation_between(axis_rig, Vec3::UnitZ()).toRotationMatrix();
   Pose base_from_rig(Mat3(svd.matrixU() * sign * svd.matrixV().transpose()), Vec3::Zero());
 
   // Three rounds with the angle about a single axis, then with the rotation known. Rows are weighted by what the round before

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 
@@ -57,7 +58,7 @@ Floor floor_of(const Model& model) {
   if (!(usual < kSteady))
     refuse_planes("the normal of the floor, as the rig sees it, is not steady (" + fixed(usual / kDegree, 0) +
                   " degrees off its mean in the median)");
-  return {Eigen::Quaterniond::FromTwoVectors(up, Vec3::UnitZ()), median(distances)};
+  return {rotation_between(up, Vec3::UnitZ()), median(distances)};
 }
 
 std::vector<WallSighting> walls_of(const Model& model, const Floor& floor) {
@@ -160,8 +161,8 @@ void move_within_plane(std::vector<Pose>& poses) {
   for (Pose& pose : poses) {
     const Pose off = poses.front().inverse() * pose;
     const Vec3 normal = off.rotate(Vec3::UnitZ());
-    pose = poses.front() * Pose(Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), normal),
-                                normal * normal.dot(off.translation));
+    pose =
+        poses.front() * Pose(rotation_between(Vec3::UnitZ(), normal), normal * normal.dot(off.translation));
   }
 }
 

@@ -49,18 +49,58 @@ std::optional<Factors> factors_of(const Eigen::Ref<const MatX>& lower) {
   return factors;
 }
 
-/// rows^T rows over [common parameters, what a view has of its own beside its board's pose, residual], the poses eliminated. Its
-/// own are the flex and the cameras' image changes.
+/// The squared residuals as a function of what the views have of their own beside their boards' poses, the flex and the cameras'
+/// image changes: u^T information u + 2 gradient . u + squares. Poses and common parameters are eliminated. The sizes that are
+/// tried change the prior of u alone, so that a trial factors a matrix over the components it has.
 struct VariationEquations {
-  MatX common;            ///< of all views and the priors, over [common parameters, residual]
-  std::vector<MatX> own;  ///< by view that takes part: the own's rows over [common, own, residual]
-  std::vector<VecX> value;
-  std::vector<double> weight;
+  MatX information;
+  VecX gradient;
+  double squares = 0;
+  double log_determinant = 0;     ///< of the common parameters' information
+  std::vector<double> weight;     ///< by view that takes part
   std::vector<ImageSize> images;  ///< of the cameras
   double rows = 0;                ///< without the unknowns that are eliminated
 
-  Eigen::Index own_size() const { return own.empty() ? 0 : own.front().rows(); }
+  Eigen::Index own_size() const { return 3 + 3 * Eigen::Index(images.size()); }
 };
+
+/// rows^T rows over [common parameters, a view's own, residual], the poses eliminated.
+struct ViewRows {
+  MatX common;            ///< of all views and the priors, over [common parameters, residual]
+  std::vector<MatX> own;  ///< by view that takes part: the own's rows over [common, own, residual]
+  std::vector<VecX> value;
+};
+
+/// Fills in the quadratic function; false where the common parameters are not determined.
+bool eliminate_common(const ViewRows& rows, VariationEquations& out) {
+  const Eigen::Index n = rows.common.rows() - 1, own = out.own_size(),
+                     all = own * Eigen::Index(rows.own.size());
+  const auto factors = factors_of(rows.common.topLeftCorner(n, n));
+  if (!factors) return false;
+  out.log_determinant = factors->log_determinant();
+  out.information = MatX::Zero(all, all);
+  out.gradient = VecX(all);
+  out.squares = rows.common(n, n);
+  // Over [own of all views, residual], about own of zero instead of the solution's.
+  MatX by_common(n, all + 1);
+  by_common.col(all) = rows.common.col(n).head(n);
+  for (std::size_t v = 0; v < rows.own.size(); ++v) {
+    const Eigen::Index at = own * Eigen::Index(v);
+    const auto of_common = rows.own[v].leftCols(n), of_own = rows.own[v].middleCols(n, own);
+    const auto of_residual = rows.own[v].rightCols<1>();
+    const VecX &value = rows.value[v], moved = of_own * value;
+    by_common.middleCols(at, own) = of_common.transpose();
+    by_common.col(all) -= of_common.transpose() * value;
+    out.information.block(at, at, own, own) = of_own;
+    out.gradient.segment(at, own) = of_residual - moved;
+    out.squares += value.dot(moved - 2 * of_residual);
+  }
+  const MatX explained = factors->half_solve(by_common);
+  out.information.selfadjointView<Eigen::Lower>().rankUpdate(explained.leftCols(all).transpose(), -1);
+  out.gradient -= explained.leftCols(all).transpose() * explained.col(all);
+  out.squares -= explained.col(all).squaredNorm();
+  return true;
+}
 
 /// Two rows over [common parameters, own, residual]: which columns they have, and what is there.
 std::pair<std::vector<Eigen::Index>, Eigen::Matrix2Xd> row_of(const Linearised& measured,
@@ -87,6 +127,7 @@ std::optional<VariationEquations> equations_of(const Correspondences& data, cons
   const std::vector<double> weights = view_weights(solution.used, options);
   const OwnOfView layout = own_of_view(options, data.devices.size());
   VariationEquations out;
+  ViewRows rows;
   std::vector<Eigen::Index> taken{layout.flex_at};  // of the own: where three that count begin
   for (std::size_t d = 0; d < data.devices.size(); ++d)
     if (data.devices[d].kind == DeviceKind::kCamera) {
@@ -94,7 +135,7 @@ std::optional<VariationEquations> equations_of(const Correspondences& data, cons
       out.images.push_back(state.lenses[d].size);
     }
   const Eigen::Index own = 3 * Eigen::Index(taken.size());
-  out.common = MatX::Zero(n + 1, n + 1);
+  rows.common = MatX::Zero(n + 1, n + 1);
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     std::vector<Linearised> measured;
     for (std::size_t d = 0; d < data.devices.size(); ++d)
@@ -123,15 +164,15 @@ std::optional<VariationEquations> equations_of(const Correspondences& data, cons
     }
     squares.noalias() -= spanned.transpose() * spanned;
     squares *= weights[v];
-    out.common.topLeftCorner(n, n) += squares.topLeftCorner(n, n);
-    out.common.topRightCorner(n, 1) += squares.topRightCorner(n, 1);
-    out.common.bottomLeftCorner(1, n) += squares.bottomLeftCorner(1, n);
-    out.common(n, n) += squares(n + own, n + own);
-    out.own.push_back(squares.middleRows(n, own));
+    rows.common.topLeftCorner(n, n) += squares.topLeftCorner(n, n);
+    rows.common.topRightCorner(n, 1) += squares.topRightCorner(n, 1);
+    rows.common.bottomLeftCorner(1, n) += squares.bottomLeftCorner(1, n);
+    rows.common(n, n) += squares(n + own, n + own);
+    rows.own.push_back(squares.middleRows(n, own));
     VecX value(own);
     for (std::size_t i = 0; i < taken.size(); ++i)
       value.segment<3>(3 * Eigen::Index(i)) = own_prior(state, options, v).value.segment<3>(taken[i] - 6);
-    out.value.push_back(std::move(value));
+    rows.value.push_back(std::move(value));
     out.weight.push_back(weights[v]);
     out.rows += weights[v] * double(by_pose.rows() - 6);
   }
@@ -139,9 +180,10 @@ std::optional<VariationEquations> equations_of(const Correspondences& data, cons
     VecX row = VecX::Zero(n + 1);
     for (const auto& [column, derivative] : prior.by_common) row[column] = derivative;
     row[n] = prior.residual;
-    out.common += row * row.transpose();
+    rows.common += row * row.transpose();
   }
   out.rows -= double(common.devices_size);
+  if (!eliminate_common(rows, out)) return std::nullopt;
   return out;
 }
 
@@ -151,41 +193,41 @@ struct VariationTrial {
   double noise = 1;
 };
 
-/// `sizes` in units of the noise; `smallest_flex` stands for none.
-VariationTrial try_sizes(const VariationEquations& equations, const ViewVariation& sizes,
-                         double smallest_flex) {
-  const Eigen::Index n = equations.common.rows() - 1, own = equations.own_size();
+/// `sizes` in units of the noise.
+VariationTrial try_sizes(const VariationEquations& equations, const ViewVariation& sizes) {
+  const Eigen::Index own = equations.own_size();
+  std::vector<Eigen::Index> varies;  // of a view's own; the others are zero
   MatX whitening = MatX::Zero(own, own);
-  whitening.topLeftCorner<3, 3>() = flex_whitening(std::max(sizes.flex, smallest_flex));
-  for (std::size_t camera = 0; camera < equations.images.size(); ++camera)
-    whitening.diagonal().segment<3>(3 + 3 * Eigen::Index(camera)) =
-        image_change_weights(sizes, equations.images[camera]);
-  const MatX prior = whitening.transpose() * whitening;
-  const double of_prior = 2 * std::log(std::abs(whitening.topLeftCorner<3, 3>().determinant())) +
-                          2 * whitening.diagonal().tail(own - 3).array().log().sum();
-  // What the own of the views explain of [common parameters, residual]: explained^T explained.
-  MatX explained(own * Eigen::Index(equations.own.size()), n + 1);
-  double log_determinant = 0, of_values = 0;
-  for (std::size_t v = 0; v < equations.own.size(); ++v) {
-    const double w = equations.weight[v];
-    MatX cross(own, n + 1);
-    cross << equations.own[v].leftCols(n), equations.own[v].rightCols<1>();
-    cross.col(n) += w * (prior * equations.value[v]);
-    const auto factors = factors_of(MatX(equations.own[v].middleCols(n, own) + w * prior));
-    if (!factors) return {};
-    explained.middleRows(own * Eigen::Index(v), own) = factors->half_solve(cross);
-    of_values += w * equations.value[v].dot(prior * equations.value[v]);
-    log_determinant += factors->log_determinant() - of_prior - double(own) * std::log(w);
+  if (sizes.flex > 0) {
+    whitening.topLeftCorner<3, 3>() = flex_whitening(sizes.flex);
+    varies = {0, 1, 2};
   }
-  MatX left = equations.common;
-  left.selfadjointView<Eigen::Lower>().rankUpdate(explained.transpose(), -1);
-  const auto common = factors_of(left.topLeftCorner(n, n));
-  if (!common) return {};
-  const double squares =
-      left(n, n) + of_values - common->half_solve(left.bottomLeftCorner(1, n).transpose()).squaredNorm();
+  for (std::size_t camera = 0; camera < equations.images.size() && sizes.of_image(); ++camera) {
+    const Eigen::Index at = 3 + 3 * Eigen::Index(camera);
+    whitening.diagonal().segment<3>(at) = image_change_weights(sizes, equations.images[camera]);
+    if (sizes.focus > 0) varies.push_back(at);
+    varies.insert(varies.end(), {at + 1, at + 2});
+  }
+  const MatX of_own = whitening(varies, varies), prior = of_own.transpose() * of_own;
+  const Eigen::Index each = Eigen::Index(varies.size());
+  double log_determinant = equations.log_determinant, squares = equations.squares;
+  if (each > 0) {
+    std::vector<Eigen::Index> all;
+    for (std::size_t v = 0; v < equations.weight.size(); ++v)
+      for (const Eigen::Index i : varies) all.push_back(own * Eigen::Index(v) + i);
+    MatX left = equations.information(all, all);
+    const double of_prior = 2 * std::log(std::abs(of_own.determinant()));
+    for (std::size_t v = 0; v < equations.weight.size(); ++v) {
+      left.block(each * Eigen::Index(v), each * Eigen::Index(v), each, each) += equations.weight[v] * prior;
+      log_determinant -= of_prior + double(each) * std::log(equations.weight[v]);
+    }
+    const auto factors = factors_of(left);
+    if (!factors) return {};
+    log_determinant += factors->log_determinant();
+    squares -= factors->half_solve(VecX(equations.gradient(all))).squaredNorm();
+  }
   if (!(squares > 0)) return {};
-  return {equations.rows * std::log(squares) + log_determinant + common->log_determinant(),
-          std::sqrt(squares / equations.rows)};
+  return {equations.rows * std::log(squares) + log_determinant, std::sqrt(squares / equations.rows)};
 }
 
 /// One of the sizes and where it is looked for.
@@ -197,8 +239,7 @@ struct Component {
 
 class SizeSearch {
  public:
-  SizeSearch(const VariationEquations& equations, const Points3& printed)
-      : equations_(equations), smallest_flex_(curvature_of(printed, 1e-8)) {}
+  explicit SizeSearch(const VariationEquations& equations) : equations_(equations) {}
 
   /// Sizes in the data's units, and how likely they are: the cost, with what each must gain.
   struct Found {
@@ -255,9 +296,7 @@ class SizeSearch {
     VariationTrial trial;
   };
 
-  Sized tried(const ViewVariation& sizes) const {
-    return {sizes, try_sizes(equations_, sizes, smallest_flex_)};
-  }
+  Sized tried(const ViewVariation& sizes) const { return {sizes, try_sizes(equations_, sizes)}; }
 
   Sized with(const Sized& others, const Component& component, double size) const {
     ViewVariation sizes = others.sizes;
@@ -286,7 +325,6 @@ class SizeSearch {
   }
 
   const VariationEquations& equations_;
-  double smallest_flex_;
 };
 
 }  // namespace
@@ -316,7 +354,7 @@ ViewVariation most_likely_variation(const Correspondences& data, const Solution&
         std::fill(of_device.begin(), of_device.end(), char(0));
   free.options.board_sigma = std::max(free.options.board_sigma, sheet_sigma(printed));
   const auto equations = equations_of(data, free);
-  if (!equations || !(equations->rows > 0) || equations->own.empty()) return {};
+  if (!equations || !(equations->rows > 0) || equations->weight.empty()) return {};
   const double width = data.devices.front().size.width;
   const Component flex{&ViewVariation::flex, curvature_of(printed, 1e-6), curvature_of(printed, 0.1), 0};
   const Component focus{&ViewVariation::focus, 1e-6, 0.05, kVisibleChangePx / (kUsualField * width)};
@@ -327,7 +365,7 @@ ViewVariation most_likely_variation(const Correspondences& data, const Solution&
     together.push_back(one);
     return std::vector<std::vector<Component>>{together, {last}};
   };
-  const SizeSearch search(*equations, printed);
+  const SizeSearch search(*equations);
   if (!may.images) return search.most_likely({sheet}).sizes;
   // A change of focus displaces images as well, and explains a displacement.
   const SizeSearch::Found displaced = search.most_likely(first(shift, focus));

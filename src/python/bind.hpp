@@ -136,11 +136,13 @@ template <typename F>
   refuse_type(where, type_text(py::detail::make_caster<F>::name.text, types.data()), value);
 }
 
-std::string record_text(py::handle self, const std::vector<std::string>& fields);
-/// For pickle: the type, and the fields that it is made with.
-py::tuple record_parts(py::handle self, const std::vector<std::string>& fields);
-/// Are both of one type, with equal fields?
-bool are_equal_records(py::handle self, py::handle other, const std::vector<std::string>& fields);
+/// What does not depend on a record's type is bound by these: pybind11's templates are compiled once, not for each record and field.
+using NamesOfFields = std::vector<std::string> (*)();
+void add_repr(py::handle type, NamesOfFields fields);
+void add_copies(py::handle type, py::object (*copy)(py::handle self));
+/// Compared by its fields, and pickled: it is made with its fields, by position.
+void add_value_methods(py::handle type, NamesOfFields fields);
+py::cpp_function setter(std::function<void(py::handle self, py::handle value)> set);
 void set_fields(py::handle self, const std::vector<std::string>& names, const py::args& values,
                 const py::kwargs& named);
 
@@ -180,11 +182,9 @@ class Record {
   py::class_<T, Options...> type;
 
   Record(py::handle scope, const char* name, const char* doc) : type(scope, name, doc), name_(name) {
-    type.def("__repr__", [](py::handle self) { return record_text(self, fields()); });
+    add_repr(type, &fields);
     if constexpr (py::detail::is_copy_constructible<T>::value && !std::is_abstract_v<T>) {
-      type.def("__copy__", [](const T& self) { return T(self); });
-      type.def(
-          "__deepcopy__", [](const T& self, const py::dict&) { return T(self); }, py::arg("memo"));
+      add_copies(type, [](py::handle self) { return py::cast(T(self.cast<const T&>())); });
     }
   }
 
@@ -199,11 +199,8 @@ class Record {
     return value_like();
   }
 
-  /// Compared by its fields, and pickled: it is made with its fields, by position.
   Record& value_like() {
-    type.def("__reduce__", [](py::handle self) { return record_parts(self, fields()); });
-    type.def("__eq__",
-             [](py::handle self, py::handle other) { return are_equal_records(self, other, fields()); });
+    add_value_methods(type, &fields);
     return *this;
   }
 
@@ -213,9 +210,9 @@ class Record {
     const std::string described = with_shape(text, py::detail::make_caster<F>::name.text);
     const char* const doc = described.c_str();
     const char* const record = name_;
-    const auto set = [member, record, name](T& self, py::handle value) {
-      self.*member = loaded<F>(value, {record, name});
-    };
+    const py::cpp_function set = setter([member, record, name](py::handle self, py::handle value) {
+      self.cast<T&>().*member = loaded<F>(value, {record, name});
+    });
     if constexpr (kIsPart<F> || IsFixedArray<F>::value) {
       type.def_property(
           name, [member](T& self) -> F& { return self.*member; }, set,

@@ -50,15 +50,6 @@ std::string with_shape(const char* doc, const char* type) {
   return *doc == 0 ? whole : doc + ("; " + whole);
 }
 
-std::string record_text(py::handle self, const std::vector<std::string>& fields) {
-  std::string text = self.get_type().attr("__name__").cast<std::string>() + "(";
-  for (const std::string& field : fields) {
-    if (text.back() != '(') text += ", ";
-    text += field + "=" + short_text(self.attr(field.c_str()));
-  }
-  return text + ")";
-}
-
 std::string type_text(const char* text, const std::type_info* const* types) {
   std::string out;
   for (; *text != 0; ++text) {
@@ -103,18 +94,62 @@ bool are_equal(const py::object& a, const py::object& b) {
 
 }  // namespace
 
+namespace {
+
+std::string record_text(py::handle self, const std::vector<std::string>& fields) {
+  std::string text = self.get_type().attr("__name__").cast<std::string>() + "(";
+  for (const std::string& field : fields) {
+    if (text.back() != '(') text += ", ";
+    text += field + "=" + short_text(self.attr(field.c_str()));
+  }
+  return text + ")";
+}
+
+/// For pickle: the type, and the fields that it is made with.
 py::tuple record_parts(py::handle self, const std::vector<std::string>& fields) {
   py::list values;
   for (const std::string& field : fields) values.append(as_argument(self.attr(field.c_str())));
   return py::make_tuple(self.get_type(), py::tuple(values));
 }
 
+/// Are both of one type, with equal fields?
 bool are_equal_records(py::handle self, py::handle other, const std::vector<std::string>& fields) {
   if (!self.get_type().is(other.get_type())) return false;
   for (const std::string& field : fields)
     if (!are_equal(as_argument(self.attr(field.c_str())), as_argument(other.attr(field.c_str()))))
       return false;
   return true;
+}
+
+/// As class_::def() does.
+template <typename F>
+void add_method(py::handle type, const char* name, F f) {
+  py::object owner = py::reinterpret_borrow<py::object>(type);
+  py::detail::add_class_method(owner, name,
+                               py::cpp_function(std::move(f), py::name(name), py::is_method(type),
+                                                py::sibling(py::getattr(type, name, py::none()))));
+}
+
+}  // namespace
+
+void add_repr(py::handle type, NamesOfFields fields) {
+  add_method(type, "__repr__", [fields](py::handle self) { return record_text(self, fields()); });
+}
+
+void add_copies(py::handle type, py::object (*copy)(py::handle self)) {
+  add_method(type, "__copy__", copy);
+  add_method(type, "__deepcopy__", [copy](py::handle self, const py::dict& /*memo*/) { return copy(self); });
+}
+
+void add_value_methods(py::handle type, NamesOfFields fields) {
+  add_method(type, "__reduce__", [fields](py::handle self) { return record_parts(self, fields()); });
+  add_method(type, "__eq__", [fields](py::handle self, py::handle other) {
+    return are_equal_records(self, other, fields());
+  });
+}
+
+py::cpp_function setter(std::function<void(py::handle self, py::handle value)> set) {
+  return [set = std::move(set)](py::handle self, py::handle value) { set(self, value); };
 }
 
 void set_fields(py::handle self, const std::vector<std::string>& names, const py::args& values,

@@ -290,7 +290,8 @@ void bind_depth_view(py::module_& m) {
       .field("mm", &simulate::DepthView::mm, "the same, rounded to millimetres; 0: hole")
       .field("true_metres", &simulate::DepthView::true_metres, "without noise and holes; 0: nothing there")
       .field("body", &simulate::DepthView::body, "of the pixel's centre, number in the room; -1: nothing")
-      .field("angle", &simulate::DepthView::angle, "theta, radians; 0 where there is nothing");
+      .field("angle", &simulate::DepthView::angle, "theta, radians; 0 where there is nothing")
+      .field("shadowed", &simulate::DepthView::shadowed, "1 where the emitter's light does not arrive");
 
   function(m, "axial_sigma", &simulate::axial_sigma,
            "The standard deviation of an axial reading at depth z of a surface turned by theta,\n"
@@ -303,6 +304,10 @@ void bind_depth_view(py::module_& m) {
            "or bodies that cannot be.",
            py::arg("room"), py::arg("sensor"), py::arg("room_from_camera"), py::arg("seed"),
            py::arg("threads") = 0);
+  function(m, "read_again", &simulate::read_again,
+           "The view with the noise of another seed: a sensor's next image of a room that\n"
+           "stays as it is. Raises ValueError for a view of another sensor's size.",
+           py::arg("view"), py::arg("sensor"), py::arg("seed"));
 }
 
 void bind_fleet(py::module_& m) {

@@ -178,8 +178,11 @@ def class_lines(name, cls, indent):
                 body += [f"{inner}@{key}.setter", f"{inner}def {key}(self, value: {taken}) -> None: ..."]
         elif isinstance(value, staticmethod):
             body += function_lines(key, value.__func__, inner, static=True)
+        elif key in ("__copy__", "__deepcopy__"):
+            memo = ", memo: dict[Any, Any]" if key == "__deepcopy__" else ""
+            body += [f"{inner}def {key}(self{memo}) -> {cls.__module__}.{cls.__qualname__}: ..."]
         elif key == "__init__" or (inspect.isroutine(value) and (not key.startswith("_") or key in (
-                "__mul__", "__call__", "__eq__", "__copy__", "__deepcopy__"))):
+                "__mul__", "__call__", "__eq__"))):
             if signatures(value.__doc__, key):
                 body += function_lines(key, value, inner)
     return body

@@ -40,7 +40,7 @@ std::optional<Mat3> eight_points(const std::vector<ImagePair>& pairs, const std:
     row << y.x() * x, y.y() * x, y.z() * x;
     normal += (weights.empty() ? 1.0 : weights[k]) * row * row.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(normal);
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(normal);
   const Eigen::Matrix<double, 9, 1> f = eigen.eigenvectors().col(0);
   Mat3 fundamental;
   fundamental << f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8];

@@ -64,7 +64,7 @@ std::optional<Mat34> linear_projection(const Points3& points, const Points2& ima
     rows.block<1, 4>(1, 8) = -m.y() * x.transpose();
     normal += rows.transpose() * rows;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>> eigen(normal);
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(normal);
   const Eigen::Matrix<double, 12, 1> v = eigen.eigenvectors().col(0);
   Mat34 p;
   p << v.segment<4>(0).transpose(), v.segment<4>(4).transpose(), v.segment<4>(8).transpose();

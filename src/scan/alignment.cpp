@@ -75,7 +75,7 @@ double icp_step(const std::vector<CommonPoint>& common, double gate, Pose& secon
     information += weight * j * j.transpose();
     gradient += weight * r * j;
   }
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(information);
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(information);
   Vec6 step = Vec6::Zero();
   for (int k = 0; k < 6; ++k)
     if (eigen.eigenvalues()[k] > 1e-3 * eigen.eigenvalues()[5])

@@ -148,7 +148,7 @@ Unobservable unobservable_directions(const JointProblem& problem, const std::vec
     const Mat6 scaled = basis.transpose() *
                         information.block<6, 6>(6 * Eigen::Index(s), 6 * Eigen::Index(s)) * basis /
                         of.weight[s];
-    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled);
+    const Eigen::SelfAdjointEigenSolver<MatX> eigen(scaled);
     out.smallest[s] = std::sqrt(std::max(0.0, eigen.eigenvalues()[0]));
     const double limit = problem.min_normal_motion * problem.min_normal_motion;
     Eigen::Index weak = 0;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/depth/planes.hpp"
 #include "procam/depth/sensor_check.hpp"
@@ -22,7 +23,7 @@ std::vector<std::pair<double, fs::path>> depth_files(const DepthImages& images) 
 
 /// z along the normal, from the middle of what is seen.
 Pose camera_from_plane(const depth::DetectedPlane& plane) {
-  return {Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), plane.estimate.plane.normal), plane.middle};
+  return {rotation_between(Vec3::UnitZ(), plane.estimate.plane.normal), plane.middle};
 }
 
 /// Of the left increment of plane_from_camera, in the plane's frame. A point p of the camera is n . p + d above the plane;

@@ -1,11 +1,11 @@
 #include "graph_markers.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdio>
 #include <map>
 
 #include "light_shift.hpp"
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/detail/chi_square.hpp"
 
 namespace procam::show {
@@ -97,9 +97,9 @@ std::vector<dds::GraphMarker> error_markers(const SolvedSurface& surface, const 
   if (!((plane->projector_from_surface * Vec3(centre->x(), centre->y(), 0)).z() > 0)) return {};
   const Mat3 world_axes = (world_from_projector * plane->projector_from_surface).rotation.toRotationMatrix();
   const Eigen::Matrix<double, 3, 2> axes = world_axes.leftCols<2>();
-  const Eigen::SelfAdjointEigenSolver<Mat2> own(Mat2(axes.transpose() * *shift * axes));
+  const SymmetricEigen2 own = symmetric_eigen(axes.transpose() * *shift * axes);
   const double limit = internal::chi_square_limit(0.05, 2);
-  const Vec2 radii = (limit * own.eigenvalues().cwiseMax(0)).cwiseSqrt();
+  const Vec2 radii = (limit * own.values.cwiseMax(0)).cwiseSqrt();
   if (!radii.allFinite()) return {};
   dds::GraphMarker ellipse;
   ellipse.frame = frame;
@@ -108,7 +108,7 @@ std::vector<dds::GraphMarker> error_markers(const SolvedSurface& surface, const 
   ellipse.color = {1.0f, 0.2f, 0.2f, 1.0f};
   const auto at = [&](int i) {
     const double angle = 2 * kPi * i / kPiecesOfEllipse;
-    const Vec2 p = *centre + own.eigenvectors() * radii.cwiseProduct(Vec2(std::cos(angle), std::sin(angle)));
+    const Vec2 p = *centre + own.vectors * radii.cwiseProduct(Vec2(std::cos(angle), std::sin(angle)));
     return Vec3(p.x(), p.y(), 0);
   };
   for (int i = 0; i < kPiecesOfEllipse; ++i) ellipse.lines.insert(ellipse.lines.end(), {at(i), at(i + 1)});

@@ -23,14 +23,8 @@ void check_sensor(const DepthSensor& sensor) {
           "depth_view: without a baseline there is no disparity to round");
 }
 
-/// What the sensor could know without noise.
-struct TrueDepth {
-  ImageF depth, angle;
-  Image<std::int16_t> body;
-  ImageU8 shadowed;  ///< the emitter does not see the point
-};
-
-TrueDepth true_depth(const Room& room, const DepthSensor& sensor, const Pose& room_from_camera, int threads) {
+/// The truth of a view.
+DepthView true_view(const Room& room, const DepthSensor& sensor, const Pose& room_from_camera, int threads) {
   using namespace internal;
   const PreparedRoom prepared(room);
   const ImageSize size = sensor.camera.size;
@@ -38,7 +32,11 @@ TrueDepth true_depth(const Room& room, const DepthSensor& sensor, const Pose& ro
   const Caster eye(prepared, room_from_camera), emitter(prepared, room_from_camera * camera_from_emitter);
   const TileIndex tiles(sensor.camera, Vec2(-0.5, -0.5), Vec2(size.width - 0.5, size.height - 0.5),
                         kDepthTile);
-  TrueDepth truth{ImageF(size), ImageF(size), Image<std::int16_t>(size, 1, std::int16_t(-1)), ImageU8(size)};
+  DepthView truth;
+  truth.true_metres = ImageF(size);
+  truth.body = Image<std::int16_t>(size, 1, std::int16_t(-1));
+  truth.angle = ImageF(size);
+  truth.shadowed = ImageU8(size);
   parallel_for(tiles.rows(), threads, [&](int begin, int end) {
     const std::vector<Candidates> candidates = tiles.candidates(prepared, room_from_camera, begin, end);
     for (int y = begin * kDepthTile; y < std::min(end * kDepthTile, size.height); ++y)
@@ -53,7 +51,7 @@ TrueDepth true_depth(const Room& room, const DepthSensor& sensor, const Pose& ro
         const double toward_eye = normal.dot(eye.in_body(hit.body, *direction));
         const double toward_emitter = normal.dot(hit.spot_in_body.point - emitter.eye_in_body(hit.body));
         truth.body.at(x, y) = std::int16_t(hit.body);
-        truth.depth.at(x, y) = float(point.z());
+        truth.true_metres.at(x, y) = float(point.z());
         truth.angle.at(x, y) = float(std::acos(std::min(std::abs(toward_eye), 1.0)));
         truth.shadowed.at(x, y) = toward_eye * toward_emitter <= 0 ||
                                   emitter.is_hidden(point - sensor.emitter_in_camera, hit.body, prepared.all);
@@ -63,9 +61,9 @@ TrueDepth true_depth(const Room& room, const DepthSensor& sensor, const Pose& ro
 }
 
 /// The pixel whose depth is read at (x, y): itself, unless the jitter carries it onto another surface.
-Vec2 read_at(const TrueDepth& truth, int x, int y, const Vec2& jitter) {
-  const int to_x = std::clamp(int(std::lround(x + jitter.x())), 0, truth.depth.width() - 1);
-  const int to_y = std::clamp(int(std::lround(y + jitter.y())), 0, truth.depth.height() - 1);
+Vec2 read_at(const DepthView& truth, int x, int y, const Vec2& jitter) {
+  const int to_x = std::clamp(int(std::lround(x + jitter.x())), 0, truth.body.width() - 1);
+  const int to_y = std::clamp(int(std::lround(y + jitter.y())), 0, truth.body.height() - 1);
   return truth.body.at(to_x, to_y) == truth.body.at(x, y) ? Vec2(x, y) : Vec2(to_x, to_y);
 }
 
@@ -83,26 +81,34 @@ double lateral_sigma(double theta) {
 DepthView depth_view(const Room& room, const DepthSensor& sensor, const Pose& room_from_camera,
                      std::uint64_t seed, int threads) {
   check_sensor(sensor);
-  const TrueDepth truth = true_depth(room, sensor, room_from_camera, threads);
+  return read_again(true_view(room, sensor, room_from_camera, threads), sensor, seed);
+}
+
+DepthView read_again(DepthView view, const DepthSensor& sensor, std::uint64_t seed) {
+  check_sensor(sensor);
   const ImageSize size = sensor.camera.size;
+  for (const ImageSize of :
+       {view.true_metres.size(), view.body.size(), view.angle.size(), view.shadowed.size()})
+    require(of == size, "read_again: the view is not of this sensor: its images have other sizes");
   const std::vector<float>& normal = internal::normal_table();
   // Disparity in steps = this / z.
   const double steps_metre =
       sensor.disparity_step > 0
           ? sensor.camera.intrinsics.fx * sensor.emitter_in_camera.norm() / sensor.disparity_step
           : 0;
-  DepthView view{ImageF(size), Image<std::uint16_t>(size), truth.depth, truth.body, truth.angle};
+  view.metres = ImageF(size);
+  view.mm = Image<std::uint16_t>(size);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
       internal::Random random(seed, std::uint64_t(y), std::uint64_t(x));
       const std::uint64_t bits = random.next();
       const auto gauss = [&](int i) { return double(normal[bits >> (16 * i) & 0xffff]); };
-      const double theta = truth.angle.at(x, y);
+      const double theta = view.angle.at(x, y);
       const double reach = sensor.edge_noise * lateral_sigma(std::min(theta, sensor.grazing));
-      const Vec2 at = read_at(truth, x, y, reach * Vec2{gauss(0), gauss(1)});
+      const Vec2 at = read_at(view, x, y, reach * Vec2{gauss(0), gauss(1)});
       const int from_x = int(at.x()), from_y = int(at.y());
-      const double z = truth.depth.at(from_x, from_y), turned = truth.angle.at(from_x, from_y);
-      if (truth.body.at(from_x, from_y) < 0 || truth.shadowed.at(from_x, from_y) || !(z > 0) ||
+      const double z = view.true_metres.at(from_x, from_y), turned = view.angle.at(from_x, from_y);
+      if (view.body.at(from_x, from_y) < 0 || view.shadowed.at(from_x, from_y) || !(z > 0) ||
           turned > sensor.grazing || random.uniform(0, 1) < sensor.dropout)
         continue;
       const double sigma = sensor.axial_noise * axial_sigma(z, turned);

@@ -6,6 +6,7 @@
 
 #include "draw.hpp"
 #include "mount_sightings.hpp"
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/core/lens/distortion/brown_conrady.hpp"
@@ -184,8 +185,7 @@ std::vector<Pose> room_about(const Motion& drive, double start, double end, Draw
     // Walls are not quite at right angles.
     const Eigen::Quaterniond crooked = so3_exp(Vec3(0, 0, draw.uniform(-0.05, 0.05)));
     planes.push_back(
-        {turned * crooked * side * Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), -Vec3::UnitX()),
-         turned * at});
+        {turned * crooked * side * rotation_between(Vec3::UnitZ(), -Vec3::UnitX()), turned * at});
   }
   return planes;
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/geometry/se3.hpp"
 
 namespace procam::simulate {
@@ -204,8 +205,7 @@ Pose room_from_rig(int station) {
                           Vec3(-0.05, 0.1, 1.8)};
   const std::size_t number = std::size_t((station - 1) % 4);
   const Vec3 move = moves[number] * (1 + 0.2 * ((station - 1) / 4));
-  const Eigen::Quaterniond turn =
-      Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3(targets[number] - move).normalized());
+  const Eigen::Quaterniond turn = rotation_between(Vec3::UnitZ(), Vec3(targets[number] - move).normalized());
   const Eigen::Quaterniond roll = so3_exp(Vec3(0, 0, station % 2 == 1 ? 0.05 : -0.035));
   return Pose(Eigen::Quaterniond(turn * roll), move);
 }
@@ -218,7 +218,7 @@ Pose moved_camera(const Pose& rig_from_camera, int view) {
                         Vec3(0.6, 0.2, 0.0)};
   const Vec3 move = moves[(view - 1) % 4] * (1 + 0.2 * ((view - 1) / 4));
   const Vec3 before = Vec3::UnitZ(), after = (Vec3(0, 0, kTarget) - move).normalized();
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(before, after);
+  const Eigen::Quaterniond turn = rotation_between(before, after);
   const Eigen::Quaterniond roll = so3_exp(Vec3(0, 0, 0.04 * view));
   return rig_from_camera * Pose(Eigen::Quaterniond(turn * roll), move);
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "procam/core/base/closed_form.hpp"
+
 namespace procam::studio {
 namespace {
 
@@ -33,11 +35,11 @@ std::optional<RoundWall> start(const Points3& points, const std::optional<double
   const Eigen::VectorXd c = rows.colPivHouseholderQr().solve(heights);
   Mat2 second;
   second << 2 * c[3], c[4], c[4], 2 * c[5];
-  const Eigen::SelfAdjointEigenSolver<Mat2> curvatures(second);
-  const int bent = std::abs(curvatures.eigenvalues()[1]) > std::abs(curvatures.eigenvalues()[0]) ? 1 : 0;
-  const double curvature = curvatures.eigenvalues()[bent];
+  const SymmetricEigen2 curvatures = symmetric_eigen(second);
+  const int bent = std::abs(curvatures.values[1]) > std::abs(curvatures.values[0]) ? 1 : 0;
+  const double curvature = curvatures.values[bent];
   if (!(std::abs(curvature) * kFlattest > 1)) return std::nullopt;
-  const Vec2 along = curvatures.eigenvectors().col(1 - bent);
+  const Vec2 along = curvatures.vectors.col(1 - bent);
   RoundWall wall;
   wall.axis = (along.x() * x + along.y() * y).normalized();
   wall.radius = radius.value_or(1 / std::abs(curvature));

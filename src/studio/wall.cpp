@@ -6,6 +6,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 #include "procam/core/geometry/plane.hpp"
@@ -316,8 +317,7 @@ Pose tangent_at(const Surface& surface, const Rig& rig, const Vec2& camera_pixel
   Vec3 normal = along[0].cross(along[1]).normalized();
   if (normal.dot(at - eye) < 0) normal = -normal;
   const Pose& base = place_of(surface.geometry)->frame_from_surface;
-  const Eigen::Quaterniond turned =
-      Eigen::Quaterniond::FromTwoVectors(base.rotate(Vec3::UnitZ()), normal) * base.rotation;
+  const Eigen::Quaterniond turned = rotation_between(base.rotate(Vec3::UnitZ()), normal) * base.rotation;
   const Vec3 in_base = base.inverse() * at;
   return Pose(turned, at - turned * Vec3(in_base.x(), in_base.y(), 0));
 }

@@ -51,7 +51,7 @@ Eigen::Matrix<double, 3, 6> error_by(const LitCell& cell, const Block& block) {
 }
 
 Mat6 root_of(const Mat6& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(covariance);
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(covariance);
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 

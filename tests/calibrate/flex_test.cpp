@@ -26,26 +26,26 @@ struct FlexErrors {
   }
 };
 
-/// Eight rigs with printed and projected chessboards on a sheet that rises by 3 mm (RMS) half a metre from the print's middle,
-/// anew in each view. Taken as one flat sheet, they are several times further off. Of 160 lens parameters at 99 %, fewer
-/// than 151 are within three sigmas once in 10^4 runs; the mean of 8 squares of a normal number lies in 0.16 .. 2.75 of
+/// Four rigs with printed and projected chessboards on a sheet that rises by 3 mm (RMS) half a metre from the print's middle,
+/// anew in each view. Taken as one flat sheet, they are several times further off. Of 80 lens parameters at 99 %, fewer
+/// than 74 are within three sigmas once in 10^4 runs; the mean of 4 squares of a normal number lies in 0.052 .. 3.72 of
 /// its expectation in 99 %.
 TEST(Flex, IsEstimatedViewByView) {
   FlexErrors flexing, flat;
-  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
     NumericWorld world = NumericWorld::make_rig(12, 900 + seed, 0.03, 0);
     world.flex_sheet(0.003, seed);
     const Correspondences data = world.with_projected_board(seed);
-    flexing.add(calibrate_rig(data), world, 1.0 / 8);
+    flexing.add(calibrate_rig(data), world, 1.0 / 4);
     Options as_flat;
     as_flat.board_shape = BoardShape::kFlat;
-    flat.add(calibrate_rig(data, as_flat), world, 1.0 / 8);
+    flat.add(calibrate_rig(data, as_flat), world, 1.0 / 4);
   }
-  EXPECT_EQ(flexing.told, 8);
+  EXPECT_EQ(flexing.told, 4);
   EXPECT_EQ(flat.told, 0);
-  EXPECT_GE(flexing.inside, 151) << "of 160";
-  EXPECT_GT(flexing.off, 0.16 * flexing.predicted);
-  EXPECT_LT(flexing.off, 2.75 * flexing.predicted);
+  EXPECT_GE(flexing.inside, 74) << "of 80";
+  EXPECT_GT(flexing.off, 0.052 * flexing.predicted);
+  EXPECT_LT(flexing.off, 3.72 * flexing.predicted);
   EXPECT_LT(std::sqrt(flexing.off), 0.4 * std::sqrt(flat.off))
       << std::sqrt(flexing.off) << " of " << std::sqrt(flat.off) << " mm";
 }
@@ -71,11 +71,11 @@ TEST(Flex, IsSeparatedFromTheCommonBend) {
   EXPECT_LT(errors.off, 3.1 * errors.predicted);
 }
 
-/// Thirty rigs whose sheet and camera stay as they are, the sheet flat or bent: flex is stated of one in 10^4, and so are changes of
+/// Twelve rigs whose sheet and camera stay as they are, the sheet flat or bent: flex is stated of one in 10^4, and so are changes of
 /// the camera's image.
 TEST(Flex, IsNotFoundWhereThereIsNone) {
   int told = 0, changes = 0;
-  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
     NumericWorld world = NumericWorld::make_rig(8, 980 + seed, 0.05, 0.08);
     if (seed % 4 == 3) world.bend_sheet(0.006);
     const Correspondences data =

@@ -2,8 +2,9 @@
 /// onto the true plane, and compared with the target in millimetres.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 
+#include "procam/core/base/closed_form.hpp"
 #include "procam/render/cpu.hpp"
 #include "render/rooms.hpp"
 
@@ -21,7 +22,7 @@ Line fit_line(const Points2& points) {
   for (const Vec2& p : points) mean += p / double(points.size());
   Mat2 scatter = Mat2::Zero();
   for (const Vec2& p : points) scatter += (p - mean) * (p - mean).transpose();
-  const Vec2 normal = Eigen::SelfAdjointEigenSolver<Mat2>(scatter).eigenvectors().col(0);
+  const Vec2 normal = symmetric_eigen(scatter).vectors.col(1);
   return {normal, normal.dot(mean)};
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/geometry/plane.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/core/rig/rig.hpp"
@@ -145,7 +146,7 @@ inline NumericWorld numeric_world(int cameras, int positions_each, int projector
     // The middle of its picture falls on the middle of the room.
     Pose pose = looking_at(from, middle, 0.03 * p - 0.05);
     const Vec3 centre = *projector.projector.inverse_camera.unproject(Vec2(511.5, 383.5));
-    pose.rotation = pose.rotation * Eigen::Quaterniond::FromTwoVectors(centre, Vec3::UnitZ());
+    pose.rotation = pose.rotation * rotation_between(centre, Vec3::UnitZ());
     projector.rig_from_projector = first.inverse() * pose;
     world.projectors.push_back(projector);
   }

@@ -181,6 +181,28 @@ TEST(DepthView, EqualSeedsGiveEqualViewsForAnyNumberOfThreads) {
   EXPECT_NE(pixels(3, 1), pixels(4, 1));
 }
 
+TEST(DepthView, ReadAgainIsTheViewOfTheOtherSeed) {
+  DepthSensor sensor = lopsided_sensor();
+  const Room room = test::lopsided_room();
+  const DepthView first = depth_view(room, sensor, test::room_from_camera(), 3),
+                  expected = depth_view(room, sensor, test::room_from_camera(), 4),
+                  again = read_again(first, sensor, 4);
+  int differ = 0, shadowed = 0;
+  for (int y = 0; y < again.mm.height(); ++y)
+    for (int x = 0; x < again.mm.width(); ++x) {
+      ASSERT_EQ(again.mm.at(x, y), expected.mm.at(x, y)) << x << " " << y;
+      ASSERT_EQ(again.true_metres.at(x, y), first.true_metres.at(x, y)) << x << " " << y;
+      differ += again.mm.at(x, y) != first.mm.at(x, y);
+      if (again.shadowed.at(x, y) == 0) continue;
+      ++shadowed;
+      ASSERT_EQ(first.shadowed.at(x, y), 1) << x << " " << y;
+    }
+  EXPECT_GT(differ, 1000);
+  EXPECT_GT(shadowed, 100);
+  sensor.camera.size = {321, 250};
+  EXPECT_THROW(read_again(first, sensor, 4), std::invalid_argument);
+}
+
 TEST(DepthView, RefusesNumbersOutOfRange) {
   const auto view = [](const auto& change) {
     DepthSensor sensor = lopsided_sensor();

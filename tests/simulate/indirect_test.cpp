@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "procam/core/base/closed_form.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/simulate/room_view.hpp"
 #include "room_hit.hpp"
@@ -201,7 +202,7 @@ TEST(IndirectLight, AGlossyFloorHasAHighlight) {
     *value = 255;
   scene.room.bodies[0].room_from_body = turned(Vec3(0.05, -0.1, 0), Vec3(0, 0, 4));
   const Vec3 lens(0.1, -0.2, 2.9), target(-0.1, 0.45, 1.47);
-  const Eigen::Quaterniond towards = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3(target - lens));
+  const Eigen::Quaterniond towards = rotation_between(Vec3::UnitZ(), Vec3(target - lens));
   scene.light.room_from_projector = Pose(towards, lens);
   const Vec2 expected = scene.pixel_of(scene.mirrored(lens));
   RoomViewOptions options;

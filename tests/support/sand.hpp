@@ -53,8 +53,11 @@ struct SandBox {
                           Pose(Eigen::Quaterniond::Identity(), Vec3(place.x(), place.y(), -above))});
     return now;
   }
+  simulate::DepthView view(const simulate::Room& now, std::uint64_t seed) const {
+    return simulate::depth_view(now, sensor, room_from_camera, seed, 2);
+  }
   Image<std::uint16_t> seen(const simulate::Room& now, std::uint64_t seed) const {
-    return simulate::depth_view(now, sensor, room_from_camera, seed, 2).mm;
+    return view(now, seed).mm;
   }
 };
 

@@ -41,6 +41,7 @@ struct DepthView {
   ImageF true_metres;        ///< without noise and holes; 0: nothing there
   Image<std::int16_t> body;  ///< of the pixel's centre, number in the room; -1: nothing
   ImageF angle;              ///< theta, radians; 0 where there is nothing
+  ImageU8 shadowed;          ///< 1 where the emitter's light does not arrive
 };
 
 /// The standard deviation of an axial reading at depth z of a surface turned by theta, metres.
@@ -52,5 +53,8 @@ PROCAM_EXPORT double lateral_sigma(double theta);
 /// be.
 PROCAM_EXPORT DepthView depth_view(const Room& room, const DepthSensor& sensor, const Pose& room_from_camera,
                                    std::uint64_t seed, int threads = 0);
+/// The view with the noise of another seed: a sensor's next image of a room that stays as it is, without tracing the rays
+/// again. Throws std::invalid_argument for a view of another sensor's size.
+PROCAM_EXPORT DepthView read_again(DepthView view, const DepthSensor& sensor, std::uint64_t seed);
 
 }  // namespace procam::simulate

@@ -111,6 +111,7 @@ demonstrations() {
   local examples=$tools/../examples
   "$examples/example_07_watch" "$data/test_card.png" .
   "$examples/example_07_watch" --marks .
+  "$examples/example_07_watch" --watch-only "$data/test_card.png" .
   "$examples/example_08_cart" "$data/test_card.png" .
   "$examples/example_09_mount" "$data/test_card.png" .
   "$examples/example_10_robot" "$data/test_card.png" .
@@ -132,7 +133,7 @@ demonstrations() {
   cp arm.png "$images/arm_wall.png"
   cp head.png "$images/head_wall.png"
   cp update.png "$images/update_corrected.png"
-  cp marks_error.svg arm_error.svg head_error.svg update_error.svg "$images"
+  cp marks_error.svg watch_only_error.svg arm_error.svg head_error.svg update_error.svg "$images"
 }
 
 # Needs the Python package and PIL.

@@ -2,6 +2,7 @@
 //
 //   07_watch picture.png OUT
 //   07_watch --marks OUT
+//   07_watch --watch-only picture.png OUT
 //
 // After six seconds the projector is turned by 0.2 degrees in its rig, and ten seconds later again. A camera of the rig
 // sees the wall. Each of its images is compared with what it should be; a movement that is certain, with one cause, is
@@ -9,9 +10,18 @@
 // side, OUT/watch.png its end, OUT/watch_error.svg the true error over time. With --marks the content is a plain grey with the
 // small marks of project-live --marks, and the files are called marks. The program fails unless both bumps are corrected to less
 // than 0.8 mm.
+//
+// With --watch-only nothing is corrected: the error is reported, until somebody presses "Correct the light" after 22 seconds.
+// OUT/watch_only.mp4 has the wall and the camera's image, OUT/watch_only_error.svg the true and the reported error. The program
+// fails unless each bump is an alarm within ten seconds, the report agrees with the truth to 0.5 mm, and the light is in place at
+// the end.
 #include <array>
 #include <cstdio>
 #include <iostream>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "../common/error_plot.hpp"
 #include "../common/stage.hpp"
@@ -127,29 +137,44 @@ struct WatchedProjector {
     const watch::WatchReport report = watcher.add(time, {frame, frame, 0, 0}, image);
     const watch::Correction correction = watch::correction_of(report, watcher.projector());
     if (!correction.is_possible()) return false;
+    correct(time, correction);
+    return true;
+  }
+  void correct(double time, const watch::Correction& correction) {
     std::printf("%4.1f s: %s\n", time, correction.sentence.c_str());
     glide = watch::Glide(glide.at(time), correction.projector.rig_from_projector, correction.error, time);
     watcher.correct(correction.projector, correction.covariance);
-    return true;
   }
 
   watch::Watch watcher;
   watch::Glide glide;
 };
 
-}  // namespace
+/// A grey image in the size and channels of the video's other half.
+ImageU8 in_colour(const ImageU8& grey, ImageSize size) {
+  ImageU8 out(size, 3);
+  cv::Mat small, canvas(size.height, size.width, CV_8UC3, out.data());
+  cv::resize(cv::Mat(grey.height(), grey.width(), CV_8UC1, const_cast<std::uint8_t*>(grey.data())), small,
+             canvas.size(), 0, 0, cv::INTER_AREA);
+  cv::cvtColor(small, canvas, cv::COLOR_GRAY2RGB);
+  return out;
+}
 
-int main(int argc, char** argv) try {
-  if (argc != 3) {
-    std::cerr << "usage: 07_watch picture.png OUT, or 07_watch --marks OUT\n";
-    return 2;
-  }
-  const std::filesystem::path out = argv[2];
-  const bool marks = std::string(argv[1]) == "--marks";
+/// The rig's frame is the world.
+Rig stage_rig() {
+  return examples::camera_with_projector({640, 633, 322, 251, 0.4}, {1490, 1478, 530, 702, -0.8});
+}
+
+/// The bump that begins with this frame of the video, if one does.
+std::optional<Vec3> bump_at(int frame) {
+  if (frame == int(kBumps[0] * kFramesPerSecond)) return Vec3(0.0012, 0.0031, 0.0008);
+  if (frame == int(kBumps[1] * kFramesPerSecond)) return Vec3(-0.0026, 0.0022, -0.0007);
+  return std::nullopt;
+}
+
+int corrected_show(const ImageU8& picture, bool marks, const std::filesystem::path& out) {
   const std::string name = marks ? "marks" : "watch";
-  const ImageU8 picture = marks ? plain_grey() : io::load_image(argv[1]).image;
-  // The rig's frame is the world.
-  const Rig rig = examples::camera_with_projector({640, 633, 322, 251, 0.4}, {1490, 1478, 530, 702, -0.8});
+  const Rig rig = stage_rig();
   const simulate::Room room = wall_with_tape();
   WallShow alone(rig, picture, marks), corrected(rig, picture, marks);
   alone.draw(rig.projector().rig_from_projector);
@@ -166,13 +191,12 @@ int main(int argc, char** argv) try {
   double before_second = 0, last = 0;
   for (int i = 0; i < int(kEnd * kFramesPerSecond); ++i) {
     const double time = i / kFramesPerSecond;
-    for (std::size_t k = 0; k < kBumps.size(); ++k)
-      if (i == int(kBumps[k] * kFramesPerSecond)) {
-        truth = bumped(truth, k == 0 ? Vec3(0.0012, 0.0031, 0.0008) : Vec3(-0.0026, 0.0022, -0.0007));
-        camera = camera_before(rig, truth, exposure);
-        plot.events.emplace_back(time, "bump");
-        if (k == 1) before_second = last;
-      }
+    if (const std::optional<Vec3> bump = bump_at(i)) {
+      truth = bumped(truth, *bump);
+      camera = camera_before(rig, truth, exposure);
+      plot.events.emplace_back(time, "bump");
+      before_second = last;
+    }
     corrected.draw(watched.glide.at(time));
     if (i % 2 == 0 && watched.add(time, corrected.frame, camera.capture(corrected.frame, std::uint64_t(i)))) {
       ++corrections;
@@ -192,6 +216,83 @@ int main(int argc, char** argv) try {
   std::printf("true error after the first correction %.2f mm, at the end %.2f mm; without %.2f mm\n",
               1e3 * before_second, 1e3 * last, plot.without_mm.back());
   return corrections >= 2 && before_second < 0.8e-3 && last < 0.8e-3 ? 0 : 1;
+}
+
+int reported_show(const ImageU8& picture, const std::filesystem::path& out) {
+  constexpr double kPressed = 22;  // seconds
+  const Rig rig = stage_rig();
+  const simulate::Room room = wall_with_tape();
+  WallShow shown(rig, picture, false);
+  shown.draw(rig.projector().rig_from_projector);
+  WatchedProjector watched(rig, shown.projection.solved());
+
+  Pose truth = rig.projector().rig_from_projector;
+  simulate::LiveView camera = camera_before(rig, truth, 0);
+  const double exposure = camera.exposure();
+  examples::SideBySide video(out / "watch_only.mp4", shown.spectator.eye.size, kFramesPerSecond);
+  examples::ErrorPlot plot{"true", "reported with --watch-only", {}, {}, {}, {}};
+  plot.heading = "error of the light, mm RMS";
+  watch::WatchReport report;
+  ImageU8 image;
+  int alarms = 0, wrong = 0;
+  bool is_pressed = false;
+  double last_bump = -1;
+  for (int i = 0; i < int(kEnd * kFramesPerSecond); ++i) {
+    const double time = i / kFramesPerSecond;
+    if (const std::optional<Vec3> bump = bump_at(i)) {
+      truth = bumped(truth, *bump);
+      camera = camera_before(rig, truth, exposure);
+      plot.events.emplace_back(last_bump = time, "bump");
+    }
+    shown.draw(watched.glide.at(time));
+    const double error = shown.error(truth);
+    if (i % 2 == 0) {
+      image = camera.capture(shown.frame, std::uint64_t(i));
+      const bool was_alarm = report.is_alarm;
+      report = watched.watcher.add(time, {shown.frame, shown.frame, 0, 0}, image);
+      if (report.is_alarm && !was_alarm) {
+        std::printf("%4.1f s: %s\n", time, report.sentence.c_str());
+        plot.events.emplace_back(time, "alarm");
+        ++alarms;
+      }
+      // A window that began before the bump has images of both.
+      if (last_bump >= 0 && !is_pressed && report.window_time > last_bump + 4)
+        wrong += !report.is_alarm || std::abs(report.error - error) > 5e-4;
+      const watch::Correction correction = watch::correction_of(report, watched.watcher.projector());
+      if (time >= kPressed && !is_pressed && correction.is_possible()) {
+        plot.events.emplace_back(time, "Correct the light");
+        watched.correct(time, correction);
+        is_pressed = true;
+      }
+    }
+    plot.add(time, error, report.error);
+    char words[64];
+    std::snprintf(words, sizeof words, "%.1f mm off", 1e3 * error);
+    video.put(0, shown.look(room, truth), words);
+    std::snprintf(words, sizeof words, report.is_alarm ? "alarm: %.1f mm" : "%.1f mm", 1e3 * report.error);
+    video.put(1, in_colour(image, shown.spectator.eye.size), words);
+    video.add();
+    if (i == int((kPressed - 1) * kFramesPerSecond)) video.save(out / "watch_only.png");
+  }
+  video.finish();
+  plot.save(out / "watch_only_error.svg");
+  const double end = shown.error(truth);
+  std::printf("%d alarms, %d reports more than 0.5 mm off; true error at the end %.2f mm\n", alarms, wrong,
+              1e3 * end);
+  return alarms == 1 && wrong == 0 && end < 0.8e-3 ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (arguments.size() == 3 && arguments[0] == "--watch-only")
+    return reported_show(io::load_image(arguments[1]).image, arguments[2]);
+  if (arguments.size() == 2 && arguments[0] == "--marks")
+    return corrected_show(plain_grey(), true, arguments[1]);
+  if (arguments.size() == 2) return corrected_show(io::load_image(arguments[0]).image, false, arguments[1]);
+  std::cerr << "usage: 07_watch [--watch-only] picture.png OUT, or 07_watch --marks OUT\n";
+  return 2;
 } catch (const Error& error) {
   std::cerr << error.what() << "\n";
   return 3;

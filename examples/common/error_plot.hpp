@@ -15,6 +15,7 @@ struct ErrorPlot {
   std::vector<double> time;   ///< seconds
   std::vector<double> without_mm, with_mm;
   std::vector<std::pair<double, std::string>> events;  ///< upright lines with words
+  std::string heading = "true error of the light, mm RMS";
 
   void add(double at, double error_without, double error_with) {
     time.push_back(at);
@@ -53,8 +54,7 @@ struct ErrorPlot {
              "\" stroke=\"#888888\" stroke-dasharray=\"3 3\"/><text x=\"" + x(at + 0.005 * end) +
              "\" y=\"54\" fill=\"#666666\">" + words + "</text>\n";
     svg += line(without_mm, "#b8442f", x, y) + line(with_mm, "#1f5fa8", x, y);
-    svg +=
-        "<text x=\"16\" y=\"16\">true error of the light, mm RMS</text><text x=\"56\" y=\"294\">time, s</text>\n";
+    svg += "<text x=\"16\" y=\"16\">" + heading + "</text><text x=\"56\" y=\"294\">time, s</text>\n";
     svg += legend(330, "#b8442f", without) + legend(600, "#1f5fa8", with) + "</svg>\n";
     io::write_file_atomically(file, svg);
   }

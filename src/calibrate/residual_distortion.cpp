@@ -5,25 +5,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "linearisation.hpp"
 #include "procam/core/lens/lens_change.hpp"
 #include "residual_blocks.hpp"
+#include "residual_distortion_size.hpp"
 
 namespace procam::calibrate {
 namespace {
 
 constexpr int kOrder = 8;
-constexpr double kMinGain = 16;
 /// Less is no lens: detectors and stripes are off by some thousandths of a pixel, depending on their place.
 constexpr double kMinRmsPx = 0.005;
 /// More is another lens: the rig would lack all of it.
 constexpr double kMaxRmsPx = 0.5;
 constexpr std::array<double, 3> kDecays = {0, 1, 2};
-/// Of t, pixels, over the factor by which the noise is larger than the solution has it.
-constexpr double kSmallest = 1e-3, kLargest = 30, kGrowth = 1.6;
 
 /// i and j of each term.
 const std::vector<std::array<int, 2>>& terms() {
@@ -50,14 +47,18 @@ VecX cosines(const ImageSize& size, const Vec2& pixel) {
   return values;
 }
 
-/// The terms' variances over t^2.
-VecX decay(double q) {
-  VecX shares(kTerms);
-  for (Eigen::Index k = 0; k < kTerms; ++k) {
-    const auto [i, j] = terms()[std::size_t(k)];
-    shares[k] = std::pow(1 + i * i + j * j, -q);
+/// What the variances of a device's coefficients may be, over t^2: both axes, for each q.
+std::vector<VecX> decays() {
+  std::vector<VecX> all;
+  for (const double q : kDecays) {
+    VecX shares(2 * kTerms);
+    for (Eigen::Index k = 0; k < kTerms; ++k) {
+      const auto [i, j] = terms()[std::size_t(k)];
+      shares[k] = shares[kTerms + k] = std::pow(1 + i * i + j * j, -q);
+    }
+    all.push_back(std::move(shares));
   }
-  return shares;
+  return all;
 }
 
 bool is_free(const CommonParameters& common, std::size_t device) {
@@ -169,12 +170,8 @@ class Equations {
   Eigen::Index coefficients_ = 0;
 };
 
-/// What is left of the equations for the coefficients, the views' own and the common parameters eliminated:
-/// cost(c) = squares - 2 right^T c + c^T information c, in sigmas.
-struct Reduced {
-  MatX information;
-  VecX right;
-  double squares = 0, rows = 0;
+/// What is left of the equations for the coefficients, the views' own and the common parameters eliminated.
+struct Reduced : CoefficientEquations {
   MatX common_by_coefficients;  ///< how the common parameters follow
 };
 
@@ -228,27 +225,6 @@ MatX lens_by_coefficients(const Camera& lens, const std::vector<int>& free) {
     series.block(Eigen::Index(2 * i + 1), kTerms, 1, kTerms) = values.transpose();
   }
   return lens_change(lens, free, points, series);
-}
-
-/// -2 ln of the restricted likelihood with the noise's size profiled out, and where it is largest.
-struct Trial {
-  double cost = std::numeric_limits<double>::infinity();
-  double noise = 1;  ///< f
-};
-Trial try_sizes(const Reduced& reduced, const VecX& variances) {
-  // Scaled by the prior's sigmas: I + D H D, D = diag(sigma).
-  const VecX sigma = variances.cwiseSqrt();
-  MatX inner = sigma.asDiagonal() * reduced.information * sigma.asDiagonal();
-  inner.diagonal().array() += 1;
-  const Eigen::LLT<MatX> factors(inner);
-  if (factors.info() != Eigen::Success) return {};
-  const VecX right = sigma.cwiseProduct(reduced.right);
-  const double squares = reduced.squares - right.dot(factors.solve(right));
-  if (!(squares > 0)) return {};
-  Trial trial;
-  trial.noise = std::sqrt(squares / reduced.rows);
-  trial.cost = reduced.rows * std::log(squares) + 2 * MatX(factors.matrixL()).diagonal().array().log().sum();
-  return trial;
 }
 
 }  // namespace
@@ -312,43 +288,6 @@ ResidualDistortion distortion_of(const VecX& series, const Camera& lens, const s
   return one;
 }
 
-/// The prior's variances of largest likelihood, in units of the noise and pixels, and the gain of each device.
-struct Sizes {
-  VecX variances;
-  std::vector<double> gain;
-};
-Sizes most_likely_sizes(const Reduced& reduced, const std::vector<int>& at) {
-  Sizes sizes{VecX::Zero(reduced.right.size()), std::vector<double>(at.size(), 0)};
-  for (int round = 0; round < 2; ++round)  // the sizes depend little on each other
-    for (std::size_t d = 0; d < at.size(); ++d) {
-      if (at[d] < 0) continue;
-      const auto with = [&](double t, double q) {
-        VecX all = sizes.variances;
-        const VecX shares = t * t * decay(q);
-        all.segment(at[d], 2 * kTerms) << shares, shares;
-        return all;
-      };
-      VecX chosen = with(0, 0);
-      const double without = try_sizes(reduced, chosen).cost;
-      double least = without - kMinGain;
-      sizes.gain[d] = 0;
-      for (const double q : kDecays)
-        for (double t = kSmallest; t < kLargest; t *= kGrowth) {
-          const VecX tried = with(t, q);
-          const double cost = try_sizes(reduced, tried).cost;
-          if (!(cost < least)) continue;
-          least = cost, chosen = tried;
-          sizes.gain[d] = without - cost;
-        }
-      sizes.variances = chosen;
-    }
-  return sizes;
-}
-
-}  // namespace
-
-namespace {
-
 /// Those that had some, and those that by themselves gain enough: of many devices, few need to be solved for together.
 Which to_consider(const Correspondences& data, const Solution& solution,
                   const std::vector<ResidualDistortion>& present) {
@@ -361,7 +300,8 @@ Which to_consider(const Correspondences& data, const Solution& solution,
     const Equations equations(data, solution, alone);
     if (equations.coefficients() == 0) continue;
     const std::optional<Reduced> reduced = reduce(data, equations, VecX::Zero(equations.coefficients()));
-    which[d] = reduced && reduced->rows > 0 && most_likely_sizes(*reduced, equations.at()).gain[d] > 0;
+    which[d] =
+        reduced && reduced->rows > 0 && most_likely_sizes(*reduced, equations.at(), decays()).gain[d] > 0;
   }
   return which;
 }
@@ -370,8 +310,8 @@ Which to_consider(const Correspondences& data, const Solution& solution,
 std::optional<ResidualDistortionEstimate> estimate(const Correspondences& data, const Solution& solution,
                                                    const Equations& equations, const Reduced& reduced,
                                                    const std::vector<int>& at) {
-  const Sizes sizes = most_likely_sizes(reduced, at);
-  const Trial best = try_sizes(reduced, sizes.variances);
+  const DistortionSizes sizes = most_likely_sizes(reduced, at, decays());
+  const SizeTrial best = try_sizes(reduced, sizes.variances);
   if (!std::isfinite(best.cost)) return std::nullopt;
   ResidualDistortionEstimate out;
   out.likelihood_gain = sizes.gain;

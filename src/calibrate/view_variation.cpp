@@ -1,6 +1,7 @@
 #include "view_variation.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -216,7 +217,8 @@ VariationTrial try_sizes(const VariationEquations& equations, const ViewVariatio
     for (std::size_t v = 0; v < equations.weight.size(); ++v)
       for (const Eigen::Index i : varies) all.push_back(own * Eigen::Index(v) + i);
     MatX left = equations.information(all, all);
-    const double of_prior = 2 * std::log(std::abs(of_own.determinant()));
+    // As a sum of logarithms: of thirty cameras, the determinant is beyond the largest number.
+    const double of_prior = 2 * of_own.partialPivLu().matrixLU().diagonal().array().abs().log().sum();
     for (std::size_t v = 0; v < equations.weight.size(); ++v) {
       left.block(each * Eigen::Index(v), each * Eigen::Index(v), each, each) += equations.weight[v] * prior;
       log_determinant -= of_prior + double(each) * std::log(equations.weight[v]);

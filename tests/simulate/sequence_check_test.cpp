@@ -140,6 +140,51 @@ TEST_P(BrokenSequences, AreNamedByTheirCause) {
   }
 }
 
+/// Every bit can be read then, and the codes are those of other stripes. Nothing named the cause before: the view was "of
+/// another board", or failed a check. The coarsest bit's frames mirror the picture, and are not looked for.
+TEST(ExchangedFrames, AreNamed) {
+  for (const auto& [level, seed] : {std::pair(Level::kPaper, 4), std::pair(Level::kHard, 12)}) {
+    SimulatedSession session = make_session(level, std::uint64_t(seed), {}, {}, sound_conditions(level));
+    session.capture.samples_per_axis = 1;
+    const pattern::GrayCode gray_code{session.rig().projector().projector.size()};
+    std::vector<ImageU8> captures = capture_view(session, 1, pattern::frames(gray_code));
+    const Points2 corners = corners_at_end(session, 1);
+    const auto check_again = [&] {
+      return pattern::check_sequence({captures.begin(), captures.end()}, gray_code, corners);
+    };
+    const auto expect_named = [&](const std::string& names) {
+      const pattern::SequenceCheck found = check_again();
+      ASSERT_EQ(cause(found), "frames_exchanged") << names;
+      const std::string& message = found.diagnostics.items.front().message;
+      EXPECT_NE(message.find(names), std::string::npos) << message;
+      EXPECT_TRUE(is_quoted("frames_exchanged", message)) << message;
+      EXPECT_TRUE(found.decoding_is_wrong);
+    };
+    ASSERT_NE(cause(check_again()), "frames_exchanged");
+    const int row_pairs = int(captures.size() - 2) / 4;  // as many as of columns
+    for (int pair = 1; pair < 2 * row_pairs - 3; ++pair) {
+      if (pair >= row_pairs - 3 && pair <= row_pairs)
+        continue;  // stripes that level hard blurs; rows mirrored
+      const auto at = std::size_t(2 * pair);
+      std::swap(captures[at], captures[at + 1]);
+      expect_named(pattern::frame_name(gray_code, int(at)) + " and " +
+                   pattern::frame_name(gray_code, int(at + 1)) + " are");
+      std::swap(captures[at], captures[at + 1]);
+    }
+    for (const auto& [a, b] : {std::pair(0, 4), std::pair(5, 7), std::pair(2, row_pairs + 3),
+                               std::pair(row_pairs + 1, row_pairs + 2)}) {
+      const auto exchange = [&, i = std::size_t(2 * a), j = std::size_t(2 * b)] {
+        std::swap(captures[i], captures[j]);
+        std::swap(captures[i + 1], captures[j + 1]);
+      };
+      exchange();
+      expect_named(pattern::frame_name(gray_code, 2 * a) + " and " + pattern::frame_name(gray_code, 2 * b) +
+                   ", each with its inverse, are");
+      exchange();
+    }
+  }
+}
+
 /// Each image's contrast as a camera program stretches it: minimum to 0, 99 % to 255.
 std::vector<ImageU8> contrast_stretched(std::vector<ImageU8> captures) {
   for (ImageU8& image : captures) {

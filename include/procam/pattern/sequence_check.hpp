@@ -36,8 +36,8 @@ namespace procam::pattern {
 
 struct SequenceCheck {
   /// At most one warning that names the cause, the strongest first:
-  ///   "frame_missing", "stale_frame", "torn_frame", "overexposed", "board_moved", "camera_moved",
-  ///   "camera_shake", "camera_drift", "projector_moved", "focus_drift", "lag", "exposure_changes",
+  ///   "frame_missing", "stale_frame", "frames_exchanged", "torn_frame", "overexposed", "board_moved",
+  ///   "camera_moved", "camera_shake", "camera_drift", "projector_moved", "focus_drift", "lag", "exposure_changes",
   ///   "flicker", "noisy", "highlight", "low_contrast", "scattered_light".
   Diagnostics diagnostics;
   /// The frames do not belong to one position or order: what is decoded from them is wrong.

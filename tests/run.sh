@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Everything that procam promises, tested from nothing on Debian 12:   tests/run.sh
 # Installs missing packages, checks style and sources, builds and tests three presets (ci: everything; core-only: Eigen
-# alone, under sanitizers; asan: what reads files, under sanitizers, and a second of each fuzz target), walks the main job
-# (examples/run.sh), does five minutes of faults to running shows beside that, and ends with "N passed, N failed". The
-# tests labelled "long" are left to `ctest --preset ci -L long`.
+# alone, under sanitizers; asan: what reads files and the fuzz targets over their kept inputs, under sanitizers), walks the main
+# job (examples/run.sh), does five minutes of faults to running shows beside that, and ends with "N passed, N failed". The
+# tests labelled "long" are left to `ctest --preset ci -L long`, fuzzing to tests/fuzz/run.sh.
 # Exit status 0 if nothing failed.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
@@ -86,7 +86,6 @@ step "Style: clang-tidy" scripts/tidy.sh
 step "The main job: examples/run.sh" env PROCAM_PRESET=ci examples/run.sh build/ci/out
 build_and_test core-only "core alone, without OpenCV and Ceres, under sanitizers"
 build_and_test asan "what reads files, under sanitizers"
-step "Fuzz: a second for each target" env JOBS="$jobs" tests/fuzz/run.sh --minute
 step "Soak: five minutes of faults, beside the phases above" end_chaos
 
 printf '\nAll phases: %d s\n' "$SECONDS"

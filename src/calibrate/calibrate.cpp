@@ -93,6 +93,16 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
             (shape.largest_of_light > 0 ? ", projected points max " + mm(shape.largest_of_light) : "") +
             "; modelling the board's shape reduces the held-out error from " + px(shape.holdout_flat_px) +
             " to " + px(shape.holdout_free_px));
+  // A printer that fits a sheet to the page scales its sides differently: at least one is not as long as stated.
+  constexpr double kStretched = 3e-3;
+  const double stretch = shape.stretch_x_over_y;
+  if (shape.free_points && std::abs(stretch) > kStretched)
+    result.diagnostics.warn(
+        "print_stretched",
+        "the print is " + format("%.1f %%", 100 * std::abs(stretch)) + " longer along its " +
+            (stretch > 0 ? "x than along its y" : "y than along its x") +
+            ", by what was stated: it was scaled when it was printed, and distances are wrong by up to as much; measure "
+            "both of its sides, print it again at 100 %, or state its true size");
   if (flexes_visibly(shape, printed))
     result.diagnostics.note(
         "board_flexes", "the board bends anew in each view, by " + mm(shape.flex_rms) +

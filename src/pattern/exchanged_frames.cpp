@@ -17,15 +17,19 @@ constexpr std::array<StripeAxis, kAxes> kAxisOf = {StripeAxis::kColumn, StripeAx
 /// The bits as they are shown, of both axes.
 using Word = std::array<std::uint16_t, kAxes>;
 
-struct Neighbours {
-  Word a, b;
-  bool across;  ///< along a line of the image; else the one below
+struct Step {
+  Word from, to;
 };
+
+/// Steps from a pixel to the next one of its line and of its column, and to the one some lines below: the border of a coarse
+/// stripe may lie between two lines that are read.
+enum Direction { kAlongLine, kToNextLine, kToFarLine };
+constexpr int kDirections = 3;
 
 struct Sample {
   std::array<int, kAxes> bits = {};     ///< of an axis
   std::array<int, kAxes> dropped = {};  ///< the finest ones, which the camera does not resolve
-  std::vector<Neighbours> neighbours;
+  std::array<std::vector<Step>, kDirections> steps;
 };
 
 struct BitOf {
@@ -85,12 +89,15 @@ Sample read_sample(const std::vector<ViewU8>& captures, const GrayCode& gray_cod
   };
   for (std::size_t begin = 0; begin < pixels.size(); begin += 2 * width)
     for (std::size_t x = 0; x < width; ++x) {
-      const Read& a = pixels[begin + x];
-      if (!is_read(a)) continue;
-      if (x + 1 < width && is_read(pixels[begin + x + 1]))
-        sample.neighbours.push_back({a.word, pixels[begin + x + 1].word, true});
-      if (is_read(pixels[begin + width + x]))
-        sample.neighbours.push_back({a.word, pixels[begin + width + x].word, false});
+      const std::size_t at = begin + x;
+      if (!is_read(pixels[at])) continue;
+      const auto add_step = [&](Direction direction, std::size_t to) {
+        if (to < pixels.size() && is_read(pixels[to]))
+          sample.steps[direction].push_back({pixels[at].word, pixels[to].word});
+      };
+      if (x + 1 < width) add_step(kAlongLine, at + 1);
+      add_step(kToNextLine, at + width);
+      add_step(kToFarLine, at + 2 * width);
     }
   return sample;
 }
@@ -100,85 +107,111 @@ int stripe_of(unsigned reflected) {
   return int(reflected);
 }
 
-/// The words of one axis after an exchange.
+int step_length(const Sample& sample, std::size_t axis, unsigned from, unsigned to) {
+  return (stripe_of(to) >> sample.dropped[axis]) - (stripe_of(from) >> sample.dropped[axis]);
+}
+
+/// Puts frames back: a bit's pattern and its inverse, or two bits.
+struct Exchange {
+  BitOf bit;
+  std::optional<BitOf> with;
+
+  static bool is_set(const Word& word, const BitOf& of) {
+    return ((word[std::size_t(of.axis)] >> of.bit) & 1) != 0;
+  }
+  static void flip(Word& word, const BitOf& of) { word[std::size_t(of.axis)] ^= std::uint16_t(1u << of.bit); }
+  Word operator()(Word word) const {
+    if (with && is_set(word, bit) == is_set(word, *with)) return word;
+    flip(word, bit);
+    if (with) flip(word, *with);
+    return word;
+  }
+  bool concerns(std::size_t axis) const {
+    return std::size_t(bit.axis) == axis || (with && std::size_t(with->axis) == axis);
+  }
+};
+
+constexpr auto kAsGiven = [](const Word& word) { return word; };
+
+/// T of near pixels and of far ones.
+using Extent = std::array<double, 2>;
+
+/// Of one axis.
 template <class Repair>
-long total_steps(const Sample& sample, std::size_t axis, std::size_t every, const Repair& repair) {
-  long total = 0;
-  const int dropped = sample.dropped[axis];
-  for (std::size_t i = 0; i < sample.neighbours.size(); i += every)
-    total += std::abs((stripe_of(repair(sample.neighbours[i].a)[axis]) >> dropped) -
-                      (stripe_of(repair(sample.neighbours[i].b)[axis]) >> dropped));
+Extent extent(const Sample& sample, std::size_t axis, const Repair& repair) {
+  constexpr std::size_t kMany = 7000;
+  Extent total = {};
+  for (std::size_t direction = 0; direction < kDirections; ++direction) {
+    const std::vector<Step>& steps = sample.steps[direction];
+    const std::size_t every = 1 + steps.size() / kMany;
+    for (std::size_t i = 0; i < steps.size(); i += every)
+      total[direction == kToFarLine] +=
+          double(every) *
+          std::abs(step_length(sample, axis, repair(steps[i].from)[axis], repair(steps[i].to)[axis]));
+  }
   return total;
 }
 
-/// Along the lines of the image, or along its columns: codes in the right order rise or fall.
-bool codes_rise_and_fall(const Sample& sample) {
+/// Along the lines of the image, or along its columns, whichever cross more stripes: codes in the right order rise or fall.
+template <class Repair>
+bool go_one_way(const Sample& sample, std::size_t axis, const Repair& repair) {
   constexpr double kOneWay = 1.4;
-  for (std::size_t axis = 0; axis < kAxes; ++axis) {
-    std::array<double, 2> steps = {}, sum = {};
-    for (const Neighbours& n : sample.neighbours) {
-      const int step =
-          (stripe_of(n.b[axis]) >> sample.dropped[axis]) - (stripe_of(n.a[axis]) >> sample.dropped[axis]);
-      steps[n.across] += std::abs(step), sum[n.across] += step;
+  std::array<double, kDirections> length = {}, sum = {};
+  for (std::size_t direction = 0; direction < kDirections; ++direction)
+    for (const Step& step : sample.steps[direction]) {
+      const int by = step_length(sample, axis, repair(step.from)[axis], repair(step.to)[axis]);
+      length[direction] += std::abs(by), sum[direction] += by;
     }
-    const std::size_t along = steps[1] > steps[0];
-    if (steps[along] > kOneWay * std::abs(sum[along])) return true;
-  }
-  return false;
+  const auto is_one_way = [&](Direction direction) {
+    return length[direction] <= kOneWay * std::abs(sum[direction]);
+  };
+  if (length[kAlongLine] > length[kToNextLine]) return is_one_way(kAlongLine);
+  return is_one_way(kToNextLine) && is_one_way(kToFarLine);
 }
 
 }  // namespace
 
 std::optional<ExchangedFrames> find_exchanged_frames(const std::vector<ViewU8>& captures,
                                                      const GrayCode& gray_code) {
-  constexpr std::size_t kFew = 2000, kMany = 20000;
-  constexpr double kFarLess = 0.7;  // where half of a pattern's pixels change by one stripe, T halves
+  constexpr std::size_t kFew = 1000;
+  constexpr double kFarLess = 0.7;  // the finest bit's exchange doubles T, others make it three times as much
+  constexpr double kNoMore = 1.1;   // of the other pixels' T
   const Sample sample = read_sample(captures, gray_code);
-  if (sample.neighbours.size() < kFew || !codes_rise_and_fall(sample)) return std::nullopt;
-  const std::size_t every = 1 + sample.neighbours.size() / kMany;
-  std::array<double, kAxes> as_given = {};
-  for (std::size_t axis = 0; axis < kAxes; ++axis)
-    as_given[axis] = double(total_steps(sample, axis, every, [](const Word& word) { return word; }));
+  if (sample.steps[kAlongLine].size() < kFew) return std::nullopt;
+  if (go_one_way(sample, 0, kAsGiven) && go_one_way(sample, 1, kAsGiven)) return std::nullopt;
+  std::array<Extent, kAxes> as_given;
+  for (std::size_t axis = 0; axis < kAxes; ++axis) as_given[axis] = extent(sample, axis, kAsGiven);
 
-  std::optional<ExchangedFrames> best;
+  std::optional<Exchange> best;
   double least = kFarLess;
-  const auto consider = [&](const ExchangedFrames& exchanged, double given, double repaired) {
-    if (repaired >= least * given) return;
-    least = repaired / given;
-    best = exchanged;
+  const auto consider = [&](const Exchange& exchange) {
+    Extent given = {}, repaired = {};
+    for (std::size_t axis = 0; axis < kAxes; ++axis) {
+      if (!exchange.concerns(axis)) continue;
+      const Extent of_axis = extent(sample, axis, exchange);
+      for (const std::size_t of : {0, 1}) given[of] += as_given[axis][of], repaired[of] += of_axis[of];
+    }
+    const double near = repaired[0] / std::max(given[0], 1.0), far = repaired[1] / std::max(given[1], 1.0);
+    if (std::min(near, far) >= least || std::max(near, far) > kNoMore) return;
+    least = std::min(near, far);
+    best = exchange;
   };
   std::vector<BitOf> bits;
   for (int axis = 0; axis < kAxes; ++axis)
     for (int bit = sample.dropped[std::size_t(axis)]; bit < sample.bits[std::size_t(axis)]; ++bit)
       bits.push_back({axis, bit});
   for (std::size_t i = 0; i < bits.size(); ++i) {
-    const BitOf a = bits[i];
-    const auto axis = std::size_t(a.axis);
-    const int capture = first_capture(sample, a);
-    const auto inverted = [&](Word word) {
-      word[axis] ^= std::uint16_t(1u << a.bit);
-      return word;
-    };
-    consider({capture, capture + 1, false}, as_given[axis],
-             double(total_steps(sample, axis, every, inverted)));
-    for (std::size_t j = 0; j < i; ++j) {
-      const BitOf b = bits[j];
-      const auto other = std::size_t(b.axis);
-      const auto swapped = [&](Word word) {
-        if ((((word[axis] >> a.bit) ^ (word[other] >> b.bit)) & 1) != 0) {
-          word[axis] ^= std::uint16_t(1u << a.bit);
-          word[other] ^= std::uint16_t(1u << b.bit);
-        }
-        return word;
-      };
-      double given = as_given[axis], repaired = double(total_steps(sample, axis, every, swapped));
-      if (other != axis)
-        given += as_given[other], repaired += double(total_steps(sample, other, every, swapped));
-      const auto [first, second] = std::minmax({capture, first_capture(sample, b)});
-      consider({first, second, true}, given, repaired);
-    }
+    consider({bits[i], std::nullopt});
+    for (std::size_t j = 0; j < i; ++j) consider({bits[i], bits[j]});
   }
-  return best;
+  if (!best) return std::nullopt;
+  // A camera that shakes scatters codes as well: these go to and fro whatever is exchanged.
+  for (std::size_t axis = 0; axis < kAxes; ++axis)
+    if (best->concerns(axis) && !go_one_way(sample, axis, *best)) return std::nullopt;
+  const int capture = first_capture(sample, best->bit);
+  if (!best->with) return ExchangedFrames{capture, capture + 1, false};
+  const auto [first, second] = std::minmax({capture, first_capture(sample, *best->with)});
+  return ExchangedFrames{first, second, true};
 }
 
 }  // namespace procam::pattern::internal

@@ -137,6 +137,7 @@ void board_fields(Fields& f, const CalibrationResult& result) {
       board.field("out_of_plane_rms_mm", 1e3 * result.shape.out_of_plane_rms);
       board.field("largest_mm", 1e3 * result.shape.largest);
       board.field("free_points", result.shape.free_points);
+      board.field("stretch_x_over_y", result.shape.stretch_x_over_y);
       board.field("largest_of_light_mm", 1e3 * result.shape.largest_of_light);
       board.field("flex_rms_mm", 1e3 * result.shape.flex_rms);
     }

@@ -106,6 +106,17 @@ TEST(BoardShape, TellsAPrintThatIsTooWide) {
   const CalibrationResult result = calibrate_rig(world.correspondences(16));
   ASSERT_TRUE(result.shape.free);
   EXPECT_NEAR(result.shape.stretch_x_over_y, 0.004, 0.0008);
+  // The lenses are right all the same, and the scale of every distance is not: nothing said so.
+  const Diagnostic* stretched = result.diagnostics.find("print_stretched");
+  ASSERT_NE(stretched, nullptr);
+  EXPECT_NE(stretched->message.find("0.4 % longer along its x than along its y"), std::string::npos)
+      << stretched->message;
+  NumericWorld usual = NumericWorld::make(10, 15, 0.03, 0.05);
+  for (const Vec3& p : points_in_board(usual.board))
+    usual.bend.emplace_back(0, 0.0012 * p.y(), 0.001 * std::sin(40 * p.x()));
+  const CalibrationResult of_usual = calibrate_rig(usual.correspondences(16));
+  ASSERT_TRUE(of_usual.shape.free_points);
+  EXPECT_EQ(of_usual.diagnostics.find("print_stretched"), nullptr) << "as printers do";
 }
 
 TEST(BoardShape, IsRefusedByAGateWhenTheSheetIsCrumpled) {

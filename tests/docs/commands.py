@@ -11,6 +11,7 @@ A command stands in a ```sh block, or in a line as `tool --option ...`.
 """
 
 import array
+import os
 import pathlib
 import re
 import shlex
@@ -224,6 +225,14 @@ def prepare(folder, source, tools, session):
     (folder / "mount.json").write_text(pose.replace('"projector"', '"base"').replace('"world"', '"rig"'))
 
 
+def lay_out(stage, folder, without):
+    """The prepared files in a page's folder. Links: tools write anew and rename, so that no file changes for other pages."""
+    shutil.copytree(stage, folder, copy_function=os.link)
+    for name in without:
+        path = folder / name
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
 def run(source, tools, session):
     bad = [f"NOT_RUN names {path}, which does not exist" for why in NOT_RUN.values() for path in re.findall(r"tests/\S+\.cpp", why)
            if not (source / path).is_file()]
@@ -234,16 +243,14 @@ def run(source, tools, session):
         prepare(stage, source, tools, session)
         for name, text in pages(source):
             folder = pathlib.Path(scratch) / name.replace("/", "_")
-            shutil.copytree(stage, folder)
-            for made in MADE.get(name, []):
-                path = folder / made
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
             for commands, sample in samples(text):
                 output = ""
                 for command in commands:
                     program = next((line for line in words(command) if line), [""])
                     if program[0] not in tools.programs or any(re.search(key, command) for key in NOT_RUN):
                         continue
+                    if not folder.exists():
+                        lay_out(stage, folder, MADE.get(name, []))
                     done = subprocess.run([tools.programs[program[0]], *program[1:]], cwd=folder, capture_output=True, text=True,
                                           stdin=subprocess.DEVNULL, timeout=300)
                     count += 1

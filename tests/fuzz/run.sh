@@ -2,7 +2,6 @@
 # Builds the fuzz targets (preset asan) and runs all of them:
 #
 #   tests/fuzz/run.sh 2            two hours for all targets together; the default is one
-#   tests/fuzz/run.sh --minute     a second for each target: with their start-up, about a minute for all together
 #   tests/fuzz/run.sh 0.5 osc psn  these targets alone
 #
 # JOBS=4: so many targets at a time; the default is one. New inputs are kept in build/fuzz/corpus/TARGET, findings in
@@ -12,8 +11,7 @@ set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
 source scripts/common.sh
 
-hours=1 jobs=${JOBS:-1} seed=0
-[[ ${1:-} == --minute ]] && hours=0 seed=1 && shift  # about the same inputs in each run
+hours=1 jobs=${JOBS:-1}
 [[ ${1:-} =~ ^[0-9]+(\.[0-9]+)?$ ]] && hours=$1 && shift
 
 install_packages "${build_packages[@]}" "${fuzz_packages[@]}" || exit 1
@@ -38,7 +36,7 @@ run_target() {
   [[ -f $dictionary ]] && inputs+=("-dict=$dictionary")
   # Unoptimised and under sanitizers, large scenes take up to a minute (replay, vector_widths), and so do OpenGL's shaders
   # without a card on a busy machine.
-  "$program" --target="$target" -seed="$seed" -max_total_time="$seconds" -timeout=120 -rss_limit_mb=2048 -len_control=100 \
+  "$program" --target="$target" -max_total_time="$seconds" -timeout=120 -rss_limit_mb=2048 -len_control=100 \
     -artifact_prefix=build/fuzz/findings/"$target"- -print_final_stats=1 "$corpus" "${inputs[@]}" \
     >build/fuzz/"$target".log 2>&1
   echo "exit status $?" >>build/fuzz/"$target".log

@@ -171,7 +171,7 @@ TEST(ExchangedFrames, AreNamed) {
                    pattern::frame_name(gray_code, int(at + 1)) + " are");
       std::swap(captures[at], captures[at + 1]);
     }
-    for (const auto& [a, b] : {std::pair(0, 4), std::pair(5, 7), std::pair(2, row_pairs + 3),
+    for (const auto& [a, b] : {std::pair(0, 4), std::pair(3, 6), std::pair(2, row_pairs + 3),
                                std::pair(row_pairs + 1, row_pairs + 2)}) {
       const auto exchange = [&, i = std::size_t(2 * a), j = std::size_t(2 * b)] {
         std::swap(captures[i], captures[j]);

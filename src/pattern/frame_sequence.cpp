@@ -173,6 +173,35 @@ void check_captures(const std::vector<ViewU8>& captures, const FrameSequence& se
       fail("frame " + std::to_string(i) + " is empty, has several channels or another size than frame 0");
 }
 
+/// Each wave against the position that the longer one gives, the longest against Gray code; where these number the waves
+/// alone, in stripes of more than half a wave, it has no phase to agree with. `shortest`: of the longest wave then.
+void check_agreement(const AxisWaves& axis, double shortest, const WaveCounts& counts, Diagnostics& found) {
+  constexpr long kFew = 500;
+  // Described as shown: 0.66 to 0.94 and within 0.02 turns, with noise, tone curves and light between surfaces.
+  constexpr double kShort = 0.4, kFarTurns = 0.12;
+  for (std::size_t w = 0; w < counts.agreement.size(); ++w) {
+    const WaveAgreement& agreement = counts.agreement[w];
+    const bool is_longest = w + 1 == counts.agreement.size();
+    if (agreement.count < kFew || (is_longest && axis.waves[w].period < shortest)) continue;
+    const bool scatters = agreement.length() < kShort;
+    if (!scatters && std::abs(agreement.turns()) < kFarTurns) continue;
+    const std::string name = std::string(kAxisNames[index_of(axis.axis)]) + "' wave of " +
+                             number_text(axis.waves[w].period) + " pixels";
+    const std::string other = is_longest ? "the Gray code" : "the longer wave";
+    found.warn(
+        "waves_disagree",
+        "The " + name + " does not fit " + other +
+            (scatters ? ": the difference is another one at each pixel; a period, the order of the frames or "
+                        "the sign of a phase is another than described"
+                      : ", by " + format("%.2f", std::abs(agreement.turns())) +
+                            " of a wave at all pixels alike; a phase is another than described (a sine is 90 "
+                            "degrees behind a cosine), or a period") +
+            "; compare the description with the frames that were shown (make-patterns --pattern writes those "
+            "of a description)");
+    return;
+  }
+}
+
 template <typename Level>
 ImageU8 image_of(ImageSize size, Level level) {
   ImageU8 image(size);
@@ -371,6 +400,8 @@ LightMap decode(const std::vector<ViewU8>& captures, const FrameSequence& sequen
     counts.lit += seen.lit;
     counts.saturated += seen.saturated;
     counts.decoded += seen.decoded;
+    if (axis.spans_frame() || gray_codes != nullptr)
+      check_agreement(axis, gray_codes != nullptr ? 2 * sequence.step : 0, seen, map.diagnostics);
   }
   const auto percent = [](long part, long all) { return std::to_string(100 * part / std::max(1L, all)); };
   const long pixels = 2L * map.camera_size().width * map.camera_size().height;

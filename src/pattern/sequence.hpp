@@ -52,6 +52,7 @@ class Sequence {
   const FramePair& pair(int index) const { return frames_.pairs[std::size_t(index)]; }
   bool has_stripes() const { return frames_.stripes; }
   int captures() const { return int(frames_.captures.size()); }
+  const std::vector<ViewU8>& frames() const { return frames_.captures; }
   ImageSize size() const { return frames_.white.size(); }
   bool has_board() const { return !board_.empty(); }
   bool on_board(int x, int y) const { return contains(board_, x, y); }

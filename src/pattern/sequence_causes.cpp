@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "exchanged_frames.hpp"
 #include "procam/core/base/stats.hpp"
 #include "sequence_motion.hpp"
 #include "stripe_motion.hpp"
@@ -273,6 +274,19 @@ void check_exposure(const Sequence& sequence, const Sequence::Clipping& clipping
   }
 }
 
+/// Stripes that shake by their own width look as if the finest bit's frames were exchanged.
+void check_order(const Sequence& sequence, const GrayCode& gray_code, const FrameName& name,
+                 SequenceCheck& check) {
+  const auto exchanged = find_exchanged_frames(sequence.frames(), gray_code);
+  if (!exchanged) return;
+  check.decoding_is_wrong = true;
+  check.diagnostics.warn(
+      "frames_exchanged",
+      "The captures of " + name(exchanged->first) + " and " + name(exchanged->second) +
+          (exchanged->pairs ? ", each with its inverse," : "") +
+          " are exchanged: put the files back into their order, or capture this view again");
+}
+
 void check_frames(const Sequence& sequence, const Gains& gains, const FrameName& name, SequenceCheck& check) {
   const auto wrong = find_wrong_frame(sequence, gains);
   if (!wrong) return;
@@ -348,6 +362,8 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
   if (gray_code) check.noise = sequence.noise();
   // A print elsewhere changes the brightness of its pixels too.
   if (motion.has_clear_step()) return check_print(sequence, motion, name, check);
+  if (gray_code && !shakes) check_order(sequence, *gray_code, name, check);
+  if (!found.items.empty()) return;
   check_lag(sequence, check);
   if (!found.items.empty()) return;
   // No wrong frame makes black stripes darker than black. Stretched contrast makes pairs unequal, as a torn frame does, and

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <string>
 
-#include "exchanged_frames.hpp"
 #include "sequence.hpp"
 #include "sequence_causes.hpp"
 #include "survey.hpp"
@@ -16,12 +15,6 @@ namespace {
 using namespace internal;
 
 constexpr int kFewPairs = 6;
-
-std::string exchanged_message(const GrayCode& gray_code, const ExchangedFrames& exchanged) {
-  return "The captures of " + frame_name(gray_code, exchanged.first) + " and " +
-         frame_name(gray_code, exchanged.second) + (exchanged.pairs ? ", each with its inverse," : "") +
-         " are exchanged: put the files back into their order, or capture this view again";
-}
 
 }  // namespace
 
@@ -47,8 +40,6 @@ SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode
   else if (fault != EndFault::kNone)
     warn_wrong("stale_frame", fault == EndFault::kStaleBlack ? stale_message(name, black, black - 1)
                                                              : stale_message(name, black - 1, black - 2));
-  else if (const auto exchanged = find_exchanged_frames(captures, gray_code))
-    warn_wrong("frames_exchanged", exchanged_message(gray_code, *exchanged));
   else
     find_cause(sequence, &gray_code, name, check);
   return check;

@@ -72,22 +72,24 @@ struct PixelWaves {
   std::vector<double> turns, sigmas;
 };
 
-/// From an estimate, by each finer wave in turn. `coarsest` is the first of them.
+/// From an estimate, by each finer wave in turn. `coarsest` is the first of them. `agreement`: by wave, or null.
 Position refine(const AxisWaves& axis, const PixelWaves& pixel, Position at, std::size_t coarsest,
-                double wave_sigmas) {
+                double wave_sigmas, std::vector<WaveAgreement>* agreement) {
   for (std::size_t w = coarsest; w-- > 0;) {
     if (!(wave_sigmas * at.sigma < 0.5 * axis.waves[w].period)) return {};
+    if (agreement) (*agreement)[w].add(at.value / axis.waves[w].period - pixel.turns[w]);
     at = {nearest(axis.waves[w], pixel.turns[w], at.value), pixel.sigmas[w]};
   }
   return at;
 }
 
-Position by_spanning_wave(const AxisWaves& axis, const PixelWaves& pixel, double wave_sigmas) {
+Position by_spanning_wave(const AxisWaves& axis, const PixelWaves& pixel, double wave_sigmas,
+                          std::vector<WaveAgreement>* agreement) {
   const Wave& longest = axis.waves.back();
   // The part of the wave that the frame does not use is halved between its ends.
   const double middle = 0.5 * (axis.size - 1);
   return refine(axis, pixel, {nearest(longest, pixel.turns.back(), middle), pixel.sigmas.back()},
-                axis.waves.size() - 1, wave_sigmas);
+                axis.waves.size() - 1, wave_sigmas, agreement);
 }
 
 /// The finest wave's positions over the frame; the one that the other waves' phases fit best.
@@ -118,8 +120,12 @@ BestFit best_fit(const AxisWaves& axis, const PixelWaves& pixel) {
 
 /// Each wave's position near the best fit, averaged by variance. `phase_misfit`: variance of one wave's
 /// phase, as measured, turns^2.
-Position by_excess_fractions(const AxisWaves& axis, const PixelWaves& pixel, double phase_misfit) {
+Position by_excess_fractions(const AxisWaves& axis, const PixelWaves& pixel, double phase_misfit,
+                             std::vector<WaveAgreement>* agreement) {
   const BestFit best = best_fit(axis, pixel);
+  if (agreement)
+    for (std::size_t w = 1; w < axis.waves.size(); ++w)
+      (*agreement)[w].add(best.value / axis.waves[w].period - pixel.turns[w]);
   if (best.next_misfit - best.misfit < kBetterBySigmas * kBetterBySigmas * phase_misfit) return {};
   double weights = 0, sum = 0;
   for (std::size_t w = 0; w < axis.waves.size(); ++w) {
@@ -248,6 +254,8 @@ WaveCounts decode_waves(const std::vector<ViewU8>& captures, const AxisWaves& ax
   const Image<std::int16_t>* const gray = numbers.codes;
   const int step = numbers.step, channel = axis.axis == StripeAxis::kColumn ? 0 : 1;
   WaveCounts counts;
+  counts.agreement.resize(axis.waves.size());
+  constexpr int kEvery = 4;
   const bool by_fractions = gray == nullptr && !axis.spans_frame();
   const double misfit = by_fractions ? misfit_of_phases(captures, axis, options.min_modulation) : 0;
   std::vector<RowPhase> phases(axis.waves.size(), RowPhase(size.width));
@@ -270,16 +278,18 @@ WaveCounts decode_waves(const std::vector<ViewU8>& captures, const AxisWaves& ax
         pixel.sigmas[w] = position_sigma(axis.waves[w], std::max(phases[w].modulation(i), 1e-3), variance);
       }
       Position at;
+      std::vector<WaveAgreement>* const agreement =
+          y % kEvery == 0 && x % kEvery == 0 ? &counts.agreement : nullptr;
       if (gray != nullptr) {
         const std::int16_t code = gray->at(x, y);
         if (code == DecodedMap::kUndecoded) continue;
         const double middle = code * step + 0.5 * (step - 1);
-        at = refine(axis, pixel, {middle, 0}, axis.waves.size(), options.wave_sigmas);
+        at = refine(axis, pixel, {middle, 0}, axis.waves.size(), options.wave_sigmas, agreement);
         if (std::abs(at.value - middle) > reach_of_stripe(axis.waves.back().period, step)) continue;
       } else if (by_fractions) {
-        at = by_excess_fractions(axis, pixel, misfit);
+        at = by_excess_fractions(axis, pixel, misfit, agreement);
       } else {
-        at = by_spanning_wave(axis, pixel, options.wave_sigmas);
+        at = by_spanning_wave(axis, pixel, options.wave_sigmas, agreement);
       }
       if (!(at.sigma > 0 && at.sigma <= options.max_sigma_px) || at.value < -0.5 ||
           at.value >= axis.size - 0.5)

@@ -1,5 +1,7 @@
 #pragma once
 /// Waves of any number of phase steps -> positions, along one axis.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -43,8 +45,22 @@ double unambiguous_range(const AxisWaves& axis);
 /// Grey values' noise.
 NoiseModel noise_of_waves(const std::vector<ViewU8>& captures, const Wave& wave);
 
+/// What a wave's phase differs by, in turns, from the position that the other waves give it, over the pixels: a mean of unit
+/// vectors. Waves that were shown as described have a length near 1 and a direction near 0. A constant difference is a
+/// wave that begins elsewhere (a sine for a cosine); a short mean is another period, order or direction.
+struct WaveAgreement {
+  double cosine = 0, sine = 0;
+  long count = 0;
+
+  void add(double turns) { cosine += std::cos(kTau * turns), sine += std::sin(kTau * turns), ++count; }
+  double length() const { return std::hypot(cosine, sine) / double(std::max(1L, count)); }
+  double turns() const { return std::atan2(sine, cosine) / kTau; }
+};
+
 struct WaveCounts {
   long lit = 0, saturated = 0, decoded = 0;
+  std::vector<WaveAgreement>
+      agreement;  ///< by wave, over a grid of pixels; none of the one that the others follow
 };
 
 /// Gray codes of an axis, in stripes of `step` projector pixels, that number the waves.

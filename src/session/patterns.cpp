@@ -272,7 +272,8 @@ session::BoardView read_board_by_map(const std::string& view_name, const std::ve
   in_projector.image_size = light.projector_size;
   const pattern::SequenceCheck sequence = pattern::check_sequence(captures, frames, pixels_of(in_camera));
   if (sequence.decoding_is_wrong) in_camera = detect::detect_board(last_light(captures, frames), board);
-  if (!in_camera.observations.empty() && !sequence.decoding_is_wrong)
+  const bool is_readable = !sequence.decoding_is_wrong && light.diagnostics.find("waves_disagree") == nullptr;
+  if (!in_camera.observations.empty() && is_readable)
     in_projector = pattern::project_board(in_camera, board, detect::board_artwork(board), light);
   for (const Diagnostic& remark : light.diagnostics.items)
     if (remark.code != "pair_not_complementary" || sequence.diagnostics.items.empty())

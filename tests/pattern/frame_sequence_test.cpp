@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "procam/pattern/stripe_edges.hpp"
@@ -195,6 +196,41 @@ TEST(GraySequences, AbsentFramesAreReplaced) {
   EXPECT_LT(no_ends, 1.3 * all);
   // White and black take the place of the second measurement: sqrt(3) of the noise.
   EXPECT_LT(no_inverses, 2.2 * all);
+}
+
+/// A description that is not that of the frames. A sine for a cosine gave a rig that was 289 mm off at 2 m and passed all checks.
+TEST(PhaseSequence, ThatIsDescribedWronglyIsFound) {
+  const auto described = [](double coarse, double fine, int steps, double first_deg, bool backwards) {
+    FrameSequence all;
+    for (const StripeAxis axis : {StripeAxis::kColumn, StripeAxis::kRow})
+      for (const double period : {coarse, fine}) {
+        std::vector<double> phases = equal_steps(steps, first_deg);
+        if (backwards) std::reverse(phases.begin() + 1, phases.end());
+        add_wave(all, axis, period, phases);
+      }
+    return all;
+  };
+  GrayCodeWorld world;
+  world.gamma = 1.5;
+  world.projector_blur = 0.9, world.camera_blur = 0.8;
+  world.noise_at_black = 4;
+  world.white_level = 190;
+  const FrameSequence shown = described(120, 18, 4, 0, false);
+  const std::vector<ImageU8> captures = test::capture_all(world, frames(shown, kSize));
+  const auto remark = [&](const FrameSequence& as_described) {
+    const Diagnostics found = decode(test::views_of(captures), as_described, kSize).diagnostics;
+    const Diagnostic* disagree = found.find("waves_disagree");
+    return disagree == nullptr ? std::string() : disagree->message;
+  };
+  EXPECT_EQ(remark(shown), "");
+  const std::string sine = remark(described(120, 18, 4, 90, false));
+  EXPECT_NE(sine.find("The columns' wave of 18 pixels does not fit the longer wave, by 0.4"),
+            std::string::npos)
+      << sine;
+  EXPECT_NE(remark(described(120, 14, 4, 0, false)).find("another one at each pixel"), std::string::npos);
+  EXPECT_NE(remark(described(145, 18, 4, 0, false)).find("wave of 18 pixels does not fit"),
+            std::string::npos);
+  EXPECT_NE(remark(described(120, 18, 4, 0, true)).find("wave of 18 pixels does not fit"), std::string::npos);
 }
 
 TEST(FrameSequences, ThatCannotBeDecodedAreRefused) {

@@ -176,8 +176,8 @@ std::optional<SharedFit> fit_with_boards(const PointsProblem& problem, const Poi
   return shared;
 }
 
-/// The start whose refinement misses the pairs near it by the smallest distance.
-PointsFit best_of(const PointsProblem& problem, const std::vector<PointsFit>& candidates) {
+/// The start whose refinement misses the pairs near it by the smallest distance; nullopt where none leads anywhere.
+std::optional<PointsFit> best_of(const PointsProblem& problem, const std::vector<PointsFit>& candidates) {
   std::optional<PointsFit> best;
   constexpr std::size_t kTried = 12;
   constexpr double kNear = 8;  // what a start misses by so many times as much may be a blunder
@@ -191,12 +191,34 @@ PointsFit best_of(const PointsProblem& problem, const std::vector<PointsFit>& ca
     const auto fit = refine_points(problem, candidates[i], near, std::min(sigma, 1e3), false);
     if (fit && (!best || fit->within_px < best->within_px)) best = fit;
   }
-  if (!best)
+  return best;
+}
+
+/// Of RMS residuals, share of the picture's width: people measure with a tape and click by hand.
+constexpr double kMaxRms = 0.01;
+
+/// Whether the points fit when the picture is mirrored.
+bool fit_mirrored(const PointsProblem& problem) {
+  std::vector<PointPair> mirrored = problem.pairs;
+  for (PointPair& pair : mirrored) pair.pixel.x() = problem.device.size.width - 1 - pair.pixel.x();
+  PointsOptions options = problem.options;
+  options.lens.priors.clear();  // a lens shift to the other side
+  const PointsProblem other{problem.device, mirrored, options};
+  std::string why;
+  const std::optional<PointsFit> fit = best_of(other, points_starts(other, why));
+  return fit && fit->within_px < kMaxRms * problem.device.size.width;
+}
+
+[[noreturn]] void refuse_points(const PointsProblem& problem, const std::string& why) {
+  if (fit_mirrored(problem))
     throw Error(
-        ErrorKind::kNotConverged, problem.device.name, "no lens and place explain its points",
-        "check the order of the numbers (x, y, z in metres, then the pixel), and that the picture is not "
-        "mirrored");
-  return *best;
+        ErrorKind::kNotConverged, problem.device.name, why + ", and they fit when the picture is mirrored",
+        "x, y, z are right-handed, u runs to the right and v downwards: check the order and the signs of the "
+        "numbers, and that the picture is not mirrored (rear projection)");
+  throw Error(
+      ErrorKind::kNotConverged, problem.device.name, why,
+      "check the order of the numbers (x, y, z in metres, then the pixel), and that each pixel is that of its "
+      "point");
 }
 
 /// Refines with the pairs that agree, and returns which ones they are.
@@ -295,8 +317,8 @@ void write_rig(const Device& device, const PointsFit& best, NamedCovariance cova
 
 void check_points(const Device& device, PointsResult& result) {
   GateLimits limits;
-  // People measure with a tape and click by hand: what is limited is the light, by its sigmas.
-  limits.max_rms_px = 0.01 * device.size.width;
+  // What is limited is the light, by its sigmas.
+  limits.max_rms_px = kMaxRms * device.size.width;
   std::vector<Gate>& gates = result.rig.quality.gates;
   gates = check_rig(result.rig, limits);
   const auto rejected = std::size_t(std::count_if(result.pairs.begin(), result.pairs.end(),
@@ -305,6 +327,20 @@ void check_points(const Device& device, PointsResult& result) {
                    std::to_string(rejected) + " of " + std::to_string(result.pairs.size()) + " rejected"});
   for (const Gate& gate : gates)
     if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
+}
+
+/// Millimetres that were taken for metres.
+void warn_if_far(const PointsProblem& problem, const PointsFit& best, PointsResult& result) {
+  constexpr double kFar = 100;  // metres
+  std::vector<double> distances;
+  for (const PointPair& pair : problem.pairs)
+    distances.push_back((best.device_from_world * pair.point_in_world).norm());
+  const double usual = median(std::move(distances));
+  if (usual > kFar)
+    result.diagnostics.warn("far_points",
+                            format("its points are %.0f m away (median): x, y and z are metres; if they "
+                                   "are millimetres, divide them by 1000",
+                                   usual));
 }
 
 }  // namespace
@@ -324,12 +360,16 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
         "measure at least six points that are not all on one wall, or four with the data sheet's throw "
         "ratio and lens shift");
   const std::vector<PointsFit> candidates = points_starts(problem, why);
-  if (candidates.empty())
+  if (candidates.empty()) {
+    if (fit_mirrored(problem)) refuse_points(problem, "no lens and place explain its points");
     throw Error(
         ErrorKind::kNotEnoughData, device.name, why,
         "measure at least six points that are not all on one wall, or state the data sheet's throw ratio "
         "and lens shift");
-  PointsFit best = best_of(problem, candidates);
+  }
+  const std::optional<PointsFit> first = best_of(problem, candidates);
+  if (!first) refuse_points(problem, "no lens and place explain its points");
+  PointsFit best = *first;
   const std::size_t free =
       parameter_names(best.lens).size() - held_parameters(best.lens, options.lens.held).size();
   const std::vector<char> used = reject_outliers(problem, free, best);
@@ -340,6 +380,14 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
 
   PointsResult result;
   const double sum2 = list_pairs(problem, best, used, result);
+  const auto agreeing = std::count(used.begin(), used.end(), char(1));
+  constexpr double kNonsense = 3;  // times what is accepted
+  if (2 * std::size_t(agreeing) < pairs.size())
+    refuse_points(problem, "only " + std::to_string(agreeing) + " of " + std::to_string(pairs.size()) +
+                               " points agree on a lens and a place");
+  if (result.rms_px > kNonsense * kMaxRms * device.size.width)
+    refuse_points(problem,
+                  format("no lens and place bring its points nearer than %.0f px (RMS)", result.rms_px));
   result.sigma_px = shared                            ? shared->error.pixel_sigma
                     : redundant >= kTellingRedundancy ? std::sqrt(sum2 / redundant)
                                                       : options.sigma_px;
@@ -357,6 +405,7 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
   hold_out_pairs(linear, covariance.matrix, shared, result);
   write_rig(device, best, std::move(covariance), result);
   check_points(device, result);
+  warn_if_far(problem, best, result);
   if (redundant < kTellingRedundancy)
     result.diagnostics.warn("unchecked",
                             "there are few more points than unknowns: nothing checks them, and "

@@ -152,7 +152,7 @@ Extent extent(const Sample& sample, std::size_t axis, const Repair& repair) {
   return total;
 }
 
-/// Along the lines of the image, or along its columns, whichever cross more stripes: codes in the right order rise or fall.
+/// Along the lines or the columns of the image, those that cross more stripes: codes in the right order rise or fall.
 template <class Repair>
 bool go_one_way(const Sample& sample, std::size_t axis, const Repair& repair) {
   constexpr double kOneWay = 1.4;

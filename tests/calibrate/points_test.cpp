@@ -4,9 +4,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <functional>
 #include <random>
 
 #include "procam/calibrate/calibrate.hpp"
+#include "support/expect_error.hpp"
 #include "support/lopsided.hpp"
 #include "support/numeric_world.hpp"
 
@@ -179,6 +181,40 @@ TEST(CalibrateFromPoints, RefusesWhatCannotWork) {
   PointsOptions options;
   options.lens.priors = {{{{"k7", 1}}, 0, 1}};
   EXPECT_THROW(calibrate_from_points(kProjector, room.pairs(8, 1, 0), options), Error);
+}
+
+/// What people mistake in such lists. "No lens and place explain its points" was all that was said of the first three, of
+/// points in another order that they "do not determine" a rotation, of millimetres nothing.
+TEST(CalibrateFromPoints, NamesWhatIsMistakenInTheList) {
+  const Room room;
+  const std::vector<PointPair> right = room.pairs(40, 12, 0.5);
+  const auto with = [&](const std::function<void(PointPair&)>& change) {
+    std::vector<PointPair> pairs = right;
+    for (PointPair& pair : pairs) change(pair);
+    return pairs;
+  };
+  const auto expect_refused = [&](const std::vector<PointPair>& pairs, const std::string& words) {
+    EXPECT_ERROR(calibrate_from_points(kProjector, pairs), kNotConverged, words);
+  };
+  const std::string mirrored = "they fit when the picture is mirrored";
+  expect_refused(with([](PointPair& p) { p.pixel.y() = 767 - p.pixel.y(); }), mirrored);
+  expect_refused(with([](PointPair& p) { p.pixel = p.pixel.reverse().eval(); }), mirrored);
+  expect_refused(with([](PointPair& p) { std::swap(p.point_in_world.y(), p.point_in_world.z()); }), mirrored);
+  std::vector<PointPair> shuffled = right;
+  for (std::size_t i = 0; i < shuffled.size(); ++i)
+    shuffled[i].pixel = right[(i * 7 + 3) % right.size()].pixel;
+  EXPECT_THROW(calibrate_from_points(kProjector, shuffled), Error);
+  try {
+    calibrate_from_points(kProjector, shuffled);
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.next()).find("that each pixel is that of its point"), std::string::npos)
+        << error.why() << "; " << error.next();
+  }
+  const Diagnostics of_millimetres =
+      calibrate_from_points(kProjector, with([](PointPair& p) { p.point_in_world *= 1000; })).diagnostics;
+  ASSERT_NE(of_millimetres.find("far_points"), nullptr);
+  EXPECT_NE(of_millimetres.find("far_points")->message.find("divide them by 1000"), std::string::npos);
+  EXPECT_EQ(calibrate_from_points(kProjector, right).diagnostics.find("far_points"), nullptr);
 }
 
 TEST(CalibrateFromPoints, PredictsThePairThatIsLeftOut) {

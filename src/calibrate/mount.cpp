@@ -22,6 +22,8 @@ namespace mount {
 namespace {
 
 constexpr double kMinScale = 0.002;  ///< a smaller one is not looked for
+/// Of a solve: noise, outliers and changes are found near the minimum, the result is at it.
+constexpr double kRoughly = 1e-6, kExactly = 1e-9;
 
 void update_noise(Model& model, const Equations& equations) {
   if (!model.options->estimate_noise) return;
@@ -76,7 +78,7 @@ void insert(Model& model, const FoundScale& found) {
 /// Noise that is larger or slower than assumed looks like changes: a found one has to stand up to what is left with it.
 bool is_confirmed(const Model& model, Model extended, double chi2) {
   MountProblem again(extended, true);
-  again.solve();
+  again.solve(kRoughly);
   const Equations after(again.linearise());
   const std::array<double, kGroups> factors = variance_factors(after);
   const double variance = std::pow(std::max({1.0, factors[kBaseTurn], factors[kBasePosition]}), 2) *
@@ -232,7 +234,7 @@ MountResult calibrate_started(const MountData& started, const MountOptions& opti
   for (int round = 0; round < kRounds;) {
     model.coarse = round < kCoarseRounds;
     MountProblem problem(model, true);
-    problem.solve();
+    problem.solve(kRoughly);
     const Equations equations(problem.linearise());
     const bool looks = options.find_events && (round == 0 || round == kCoarseRounds + 1);
     if (looks && extend(model, problem, equations, found)) continue;
@@ -246,7 +248,7 @@ MountResult calibrate_started(const MountData& started, const MountOptions& opti
   constexpr int kFinalRounds = 3;
   for (int round = 0; round < kFinalRounds; ++round) {
     MountProblem problem(model, false);
-    if (round > 0) problem.solve();
+    if (round > 0) problem.solve(kRoughly);
     Linear linear = problem.linearise();
     const int changed = reject(model, linear);
     require_agreement(model);
@@ -257,7 +259,7 @@ MountResult calibrate_started(const MountData& started, const MountOptions& opti
   }
   require_time_offset(model);
   MountProblem problem(model, false);
-  problem.solve();
+  problem.solve(kExactly);
   const Equations equations(problem.linearise());
   MountResult result = result_of(model, equations);
 

@@ -19,6 +19,12 @@ Equations::Equations(Linear the_linear) : linear(std::move(the_linear)) {
         "markers have one id; or drive longer");
 }
 
+MatX Equations::half_solved(MatX right) const {
+  if (factor.permutationP().size() > 0) right = factor.permutationP() * right;
+  factor.matrixL().solveInPlace(right);
+  return factor.vectorD().cwiseSqrt().cwiseInverse().asDiagonal() * right;
+}
+
 std::array<double, kGroups> variance_factors(const Equations& equations) {
   const Linear& linear = equations.linear;
   std::array<double, kGroups> squares{}, rows{}, traces{}, factors{};
@@ -29,15 +35,20 @@ std::array<double, kGroups> variance_factors(const Equations& equations) {
   // trace(J_g H^-1 J_g^T) = E[|L^-1 J_g^T z|^2] over random signs z (Girard 1989).
   constexpr int kProbes = 12;
   std::mt19937 random(7);
-  for (int probe = 0; probe < kProbes; ++probe)
-    for (int group = 0; group < kOther; ++group) {
-      if (!(rows[std::size_t(group)] > 0)) continue;
-      VecX signs = VecX::Zero(linear.residuals.size());
+  VecX signs(linear.residuals.size());
+  for (int probe = 0; probe < kProbes; ++probe) {
+    for (int group = 0; group < kOther; ++group)
       for (std::size_t i = 0; i < linear.group.size(); ++i)
         if (linear.group[i] == group) signs[Eigen::Index(i)] = (random() & 1u) != 0 ? 1 : -1;
-      const VecX right = linear.jacobian.transpose() * signs;
-      traces[std::size_t(group)] += right.dot(VecX(equations.factor.solve(right))) / kProbes;
-    }
+    // A column for each group: a row is of one.
+    MatX right = MatX::Zero(linear.columns, kOther);
+    for (Eigen::Index column = 0; column < linear.columns; ++column)
+      for (Eigen::SparseMatrix<double>::InnerIterator it(linear.jacobian, column); it; ++it)
+        if (const auto group = linear.group[std::size_t(it.row())]; group < kOther)
+          right(column, Eigen::Index(group)) += it.value() * signs[it.row()];
+    const VecX of_probe = equations.half_solved(std::move(right)).colwise().squaredNorm();
+    for (int group = 0; group < kOther; ++group) traces[std::size_t(group)] += of_probe[group] / kProbes;
+  }
   for (std::size_t group = 0; group < kGroups; ++group) {
     const double redundancy = std::max(rows[group] - traces[group], 0.02 * rows[group]);
     factors[group] = rows[group] > 0 && group < kOther ? std::sqrt(squares[group] / redundancy) : 1;
@@ -199,7 +210,8 @@ class Scan {
         add(candidate_.items[next], mixed, own, gradient);
       constexpr std::size_t kMinItems = 12;
       if (next < kMinItems || candidate_.items.size() - next < kMinItems) continue;
-      const MatX information = own - mixed.transpose() * equations_.factor.solve(mixed);
+      const MatX half = equations_.half_solved(mixed);
+      const MatX information = own - half.transpose() * half;
       const Eigen::SelfAdjointEigenSolver<MatX> eigen(0.5 * (information + information.transpose()));
       double chi2 = 0;
       VecX increment = VecX::Zero(n);
@@ -248,7 +260,7 @@ FoundScale find_scale(const Model& model, const MountProblem& problem, const Equ
   for (std::size_t i = 0; i < linear.base_row.size(); ++i)
     if (linear.base_row[i] >= 0) by.segment<6>(linear.base_row[i]) = problem.by_scale(i);
   const VecX mixed = linear.jacobian.transpose() * by;
-  const double information = by.squaredNorm() - mixed.dot(VecX(equations.factor.solve(mixed))),
+  const double information = by.squaredNorm() - equations.half_solved(mixed).squaredNorm(),
                gradient = by.dot(linear.residuals);
   if (!(information > 0)) return {};
   return {gradient * gradient / information, -gradient / information};

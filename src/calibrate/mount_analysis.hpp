@@ -14,6 +14,9 @@ struct Equations {
   Linear linear;
   Eigen::SparseMatrix<double> normal;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor;
+
+  /// W with W^T W = right^T normal^-1 right: half of a solution. normal = P^T L D L^T P, W = D^(-1/2) L^-1 P right.
+  MatX half_solved(MatX right) const;
 };
 
 /// sqrt(sum r^2 / redundancy) of each group: by what its standard deviations are off. 1 for an empty group.

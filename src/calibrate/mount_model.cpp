@@ -371,12 +371,12 @@ struct MountProblem::Impl {
 MountProblem::MountProblem(Model& model, bool robust) : impl_(std::make_unique<Impl>(model, robust)) {}
 MountProblem::~MountProblem() = default;
 
-void MountProblem::solve() {
+void MountProblem::solve(double tolerance) {
   const QuietLog quiet;
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = 60;
-  options.function_tolerance = 1e-9;
+  options.function_tolerance = tolerance;
   options.parameter_tolerance = 1e-10;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;

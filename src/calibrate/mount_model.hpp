@@ -105,8 +105,8 @@ class MountProblem {
   /// Refers to the model's blocks.
   MountProblem(Model& model, bool robust);
   ~MountProblem();
-  /// Throws Error(kNotConverged).
-  void solve();
+  /// Until a step changes the cost by less than this share. Throws Error(kNotConverged).
+  void solve(double tolerance);
   Linear linearise();
   /// Derivative of a base pose's or sighting's residual, whitened and with its robust weight: by the frame of the
   /// localiser (right increments), by its scale, and by the mount (its directions).

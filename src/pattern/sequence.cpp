@@ -14,6 +14,23 @@ constexpr double kOneStripe = 0.7;  // of the contrast: the pixel then sees one 
 constexpr std::size_t kMaxMiddles = 6000;
 constexpr std::size_t kFewForLag = 200;
 
+/// The upper median of the distances from `centre`: they are the values of a window that holds the nearest half.
+double median_distance(const std::vector<double>& sorted, double centre) {
+  const std::size_t half = sorted.size() / 2;
+  const auto reach = [&](std::size_t first) {
+    return std::max(std::abs(sorted[first] - centre), std::abs(sorted[first + half] - centre));
+  };
+  std::size_t low = 0, high = sorted.size() - 1 - half;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (sorted[middle + half] - centre < centre - sorted[middle])
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low > 0 ? std::min(reach(low), reach(low - 1)) : reach(low);
+}
+
 }  // namespace
 
 Usual usual(std::vector<double> values) {
@@ -26,9 +43,7 @@ Usual usual(std::vector<double> values) {
     if (values[i + width] - values[i] < values[best + width] - values[best]) best = i;
   double centre = 0.5 * (values[best] + values[best + width]);
   for (int round = 0; round < 4; ++round) {
-    std::vector<double> sizes;
-    for (const double value : values) sizes.push_back(std::abs(value - centre));
-    const double sigma = std::max(1.4826 * median_or(std::move(sizes), 0.0), 1e-12);
+    const double sigma = std::max(1.4826 * median_distance(values, centre), 1e-12);
     double sum = 0;
     std::size_t count = 0;
     for (const double value : values)

@@ -196,8 +196,8 @@ void check_agreement(const AxisWaves& axis, double shortest, const WaveCounts& c
                       : ", by " + format("%.2f", std::abs(agreement.turns())) +
                             " of a wave at all pixels alike; a phase is another than described (a sine is 90 "
                             "degrees behind a cosine), or a period") +
-            "; compare the description with the frames that were shown (make-patterns --pattern writes those "
-            "of a description)");
+            "; capture this view again where others fit, else compare the description with the frames that were shown "
+            "(make-patterns --pattern writes those of a description)");
     return;
   }
 }

@@ -385,7 +385,8 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
   if (2 * std::size_t(agreeing) < pairs.size())
     refuse_points(problem, "only " + std::to_string(agreeing) + " of " + std::to_string(pairs.size()) +
                                " points agree on a lens and a place");
-  if (result.rms_px > kNonsense * kMaxRms * device.size.width)
+  const bool keeps_outliers = !(options.outlier_sigmas > 0);
+  if (!keeps_outliers && result.rms_px > kNonsense * kMaxRms * device.size.width)
     refuse_points(problem,
                   format("no lens and place bring its points nearer than %.0f px (RMS)", result.rms_px));
   result.sigma_px = shared                            ? shared->error.pixel_sigma

@@ -22,7 +22,9 @@ Equations::Equations(Linear the_linear) : linear(std::move(the_linear)) {
 MatX Equations::half_solved(MatX right) const {
   if (factor.permutationP().size() > 0) right = factor.permutationP() * right;
   factor.matrixL().solveInPlace(right);
-  return factor.vectorD().cwiseSqrt().cwiseInverse().asDiagonal() * right;
+  // Rounding may leave what is not determined below zero.
+  const VecX pivots = factor.vectorD().cwiseMax(1e-30 * factor.vectorD().maxCoeff());
+  return pivots.cwiseSqrt().cwiseInverse().asDiagonal() * right;
 }
 
 std::array<double, kGroups> variance_factors(const Equations& equations) {

@@ -34,8 +34,9 @@ Gate predicted_error_check(const Rig& rig, const LightErrors& predicted, const A
         std::string("; ") + significant(other->rms_mm, 2) + " mm located " + to_string(other->located);
   if (error.located != accepted.located) gate.detail += " (no camera of the rig sees the picture there)";
   if (!passed)
-    gate.detail += ": above the accepted " + shortest(accepted.rms_mm) +
-                   " mm; add views, above all the one that is advised as the next";
+    gate.detail += ": above the accepted " + shortest(accepted.rms_mm) + " mm; " +
+                   (rig.cameras.empty() ? "add points, at other depths and towards the corners of the frame"
+                                        : "add views, above all the one that is advised as the next");
   return gate;
 }
 

@@ -420,6 +420,8 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   tell_shape(shaped, result);
   const std::string repeated = repeated_poses(data, solution.used, solution.options.pose_groups);
   if (!repeated.empty()) result.diagnostics.warn("repeated_poses", repeated);
+  const std::string in_part = in_first_part(data, solution.used);
+  if (!in_part.empty()) result.diagnostics.warn("points_in_first_part", in_part);
   result.size_to_measure = printed_size_to_measure(data.board);
   if (options.holdout)
     hold_out_views(data, start, solution, beyond, sigmas.robust.inflated ? sigmas.robust.variance_ratio : 1,

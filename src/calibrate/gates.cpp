@@ -88,10 +88,16 @@ class DeviceGates {
   void rms(const GateLimits& limits, const RigQuality& quality) {
     const auto rms = quality.rms_px.find(device_);
     if (rms == quality.rms_px.end()) return;
+    constexpr double kFitsNothing =
+        0.02;  // of the width: no lens, wrong as its model may be, misses by as much
+    const bool nothing_fits = rms->second > kFitsNothing * lens_.size.width;
     add("RMS", rms->second <= limits.max_rms_px, number(rms->second) + " px",
-        "above " + number(limits.max_rms_px, 2) +
-            " px something does not fit: a bent or moved board, a camera that refocused between the views (switch "
-            "autofocus off), a sheet printed at two scales, a scaled frame, a wrong lens model");
+        nothing_fits
+            ? "no lens at any place fits its points, and the other checks say little: check that they are numbered "
+              "as the board's, that each view has its own ones, and that u runs to the right and v downwards"
+            : "above " + number(limits.max_rms_px, 2) +
+                  " px something does not fit: a bent or moved board, a camera that refocused between the views (switch "
+                  "autofocus off), a sheet printed at two scales, a scaled frame, a wrong lens model");
     const auto holdout = quality.holdout_px.find(device_);
     if (holdout == quality.holdout_px.end()) return;
     const auto known = quality.expected_holdout_px.find(device_);

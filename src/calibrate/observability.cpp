@@ -152,4 +152,28 @@ std::vector<std::string> in_words(const std::vector<WeaklyObservable>& parameter
   return sentences;
 }
 
+std::string in_first_part(const Correspondences& data, const UsedMask& used) {
+  constexpr double kPart = 0.6;
+  std::string sentences;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    const Device& device = data.devices[d];
+    if (device.kind != DeviceKind::kProjector) continue;
+    Vec2 last = Vec2::Constant(-1);
+    for (std::size_t v = 0; v < data.views.size(); ++v)
+      for (std::size_t i = 0; i < data.views[v].observations[d].size(); ++i)
+        if (used[v][d][i]) last = last.cwiseMax(data.views[v].observations[d][i].pixel);
+    if (last.minCoeff() < 0 || last.x() >= kPart * device.size.width ||
+        last.y() >= kPart * device.size.height)
+      continue;
+    sentences +=
+        (sentences.empty() ? "" : "; ") +
+        format(
+            "all of %s's points lie in the first %.0f x %.0f of %d x %d pixels: check the size of its "
+            "frame, for a smaller one fits another lens as well; if it is right, light the board with "
+            "the other parts, too",
+            device.name.c_str(), last.x() + 1, last.y() + 1, device.size.width, device.size.height);
+  }
+  return sentences;
+}
+
 }  // namespace procam::calibrate

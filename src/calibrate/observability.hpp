@@ -31,4 +31,8 @@ std::vector<WeaklyObservable> weakly_observable(const Solution& solution, const 
 std::vector<std::string> in_words(const std::vector<WeaklyObservable>& parameters,
                                   const Correspondences& data);
 
+/// Of a projector whose points all lie in the first part of its frame: as when its pixels are those of a smaller frame. It
+/// fits a lens that is shifted far, and no check sees it. "": none.
+std::string in_first_part(const Correspondences& data, const UsedMask& used);
+
 }  // namespace procam::calibrate

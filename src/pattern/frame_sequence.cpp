@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "exchanged_steps.hpp"
 #include "gray_code_bits.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
@@ -202,6 +203,21 @@ void check_agreement(const AxisWaves& axis, double shortest, const WaveCounts& c
   }
 }
 
+/// False where captures were exchanged: nothing can be decoded then.
+bool steps_are_in_order(const std::vector<ViewU8>& captures, const std::vector<AxisWaves>& axes,
+                        const PhaseOptions& options, Diagnostics& found) {
+  const auto exchanged = internal::find_exchanged_steps(captures, axes, options);
+  if (exchanged.empty()) return true;
+  std::string which;
+  for (const auto& [first, second] : exchanged)
+    which += (which.empty() ? "frame " : ", or frame ") + std::to_string(first) + " and frame " +
+             std::to_string(second);
+  found.warn("frames_exchanged",
+             "The captures of " + which + (exchanged.size() > 1 ? "," : "") +
+                 " are exchanged: put the files back into their order, or capture this view again");
+  return false;
+}
+
 template <typename Level>
 ImageU8 image_of(ImageSize size, Level level) {
   ImageU8 image(size);
@@ -371,13 +387,14 @@ LightMap decode(const std::vector<ViewU8>& captures, const FrameSequence& sequen
   require(has_waves(sequence), "decode: the sequence has no waves");
   require_decodable(sequence, projector_size);
   check_captures(captures, sequence);
-  const AxisWaves axes[2] = {waves_of(sequence, projector_size, StripeAxis::kColumn),
-                             waves_of(sequence, projector_size, StripeAxis::kRow)};
+  const std::vector<AxisWaves> axes = {waves_of(sequence, projector_size, StripeAxis::kColumn),
+                                       waves_of(sequence, projector_size, StripeAxis::kRow)};
   LightMap map;
   map.projector_size = projector_size;
   map.period = axes[0].waves.front().period;
   map.pixel = ImageF(captures[0].size(), 2);
   map.sigma = ImageF(captures[0].size(), 2);
+  if (!steps_are_in_order(captures, axes, options, map.diagnostics)) return map;
   const NoiseModel noise = noise_of_waves(captures, axes[0].waves.front());
   const GrayFrames gray = gray_frames_of(sequence);
   std::optional<DecodedMap> codes;

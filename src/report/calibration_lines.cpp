@@ -191,7 +191,7 @@ Lines headline(const Rig& rig, const RigQuality& quality, const ReportInput& inp
     line += prefix(rig, rig.projectors[i].name) + "predicted error " + analyze::in_words(selected) +
             format(" (accepted: %g mm)", input.accepted.rms_mm);
     if (i + 1 == input.predicted.size() && imprecise)
-      line += input.next_view ? ": add the view below" : ": add views";
+      line += input.next_view ? ": add the view below" : rig.cameras.empty() ? ": add points" : ": add views";
     lines.push_back(line);
     const analyze::LightError* other = &errors.externally;
     if (selected.located == analyze::SurfaceLocated::kExternally)

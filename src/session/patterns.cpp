@@ -270,9 +270,14 @@ session::BoardView read_board_by_map(const std::string& view_name, const std::ve
                                      const ViewU8& flat_lit, const Board& board) {
   Detections in_camera = detect::detect_board(flat_lit, board), in_projector;
   in_projector.image_size = light.projector_size;
-  const pattern::SequenceCheck sequence = pattern::check_sequence(captures, frames, pixels_of(in_camera));
+  // Exchanged captures are two wrong frames as well.
+  const bool is_exchanged = light.diagnostics.find("frames_exchanged") != nullptr;
+  const pattern::SequenceCheck sequence =
+      is_exchanged ? pattern::SequenceCheck{}
+                   : pattern::check_sequence(captures, frames, pixels_of(in_camera));
   if (sequence.decoding_is_wrong) in_camera = detect::detect_board(last_light(captures, frames), board);
-  const bool is_readable = !sequence.decoding_is_wrong && light.diagnostics.find("waves_disagree") == nullptr;
+  const bool is_readable =
+      !is_exchanged && !sequence.decoding_is_wrong && light.diagnostics.find("waves_disagree") == nullptr;
   if (!in_camera.observations.empty() && is_readable)
     in_projector = pattern::project_board(in_camera, board, detect::board_artwork(board), light);
   for (const Diagnostic& remark : light.diagnostics.items)

@@ -250,6 +250,11 @@ TEST(PredictedErrorCheck, AppliesToTheKindThatIsSelected) {
                                 0),
             0u)
       << failed.detail;
+  EXPECT_NE(failed.detail.find("add views"), std::string::npos) << failed.detail;
+  Rig alone = rig;
+  alone.cameras.clear();
+  EXPECT_NE(predicted_error_check(alone, errors, {5, SurfaceLocated::kExternally}).detail.find("add points"),
+            std::string::npos);
   EXPECT_TRUE(predicted_error_check(rig, errors, {5, SurfaceLocated::kByCamera}).passed);
   EXPECT_FALSE(predicted_error_check(rig, errors, {0.005, SurfaceLocated::kByCamera}).passed);
   errors.externally.rms_mm = std::nan("");

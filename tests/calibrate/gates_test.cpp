@@ -71,6 +71,19 @@ TEST(Gates, EachFiresForItsReasonAlone) {
   EXPECT_EQ(failed(rig), "[projector focal length known]");
 }
 
+TEST(Gates, PointsThatNoLensFitsAreNamed) {
+  const auto advice = [](double rms_px) {
+    Rig rig = good_rig();
+    rig.quality.rms_px["projector"] = rms_px;
+    for (const Gate& gate : check_rig(rig))
+      if (gate.name == "projector RMS") return gate.detail;
+    return std::string();
+  };
+  EXPECT_NE(advice(83).find("numbered as the board's"), std::string::npos) << advice(83);
+  EXPECT_EQ(advice(0.86).find("numbered as the board's"), std::string::npos) << advice(0.86);
+  EXPECT_NE(advice(0.86).find("a bent or moved board"), std::string::npos) << advice(0.86);
+}
+
 /// Few views predict another one badly, and their sigmas are as large: that is no wrong model. The same
 /// figures without sigmas, or with small ones, fail.
 TEST(Gates, HeldOutErrorMayBeAsLargeAsTheSigmasExplain) {

@@ -327,5 +327,17 @@ TEST(RepeatedPoses, AreHeldOutTogether) {
   EXPECT_NEAR(copied.holdout_px[1], single.holdout_px[1], 0.02 * single.holdout_px[1]);
 }
 
+/// Pixels of a frame of half the size, the frame given as it is shown: a lens that is shifted by a quarter fits them.
+TEST(FirstPart, OfAFrameThatIsStatedTooLargeIsNamed) {
+  const NumericWorld world = NumericWorld::make(6, 35, 0.08, 0.12);
+  Correspondences data = world.correspondences(36);
+  EXPECT_EQ(calibrate_rig(data, flat()).diagnostics.find("points_in_first_part"), nullptr);
+  data.devices[1].size = {2 * data.devices[1].size.width, 2 * data.devices[1].size.height};
+  const CalibrationResult result = calibrate_rig(data, flat());
+  const Diagnostic* remark = result.diagnostics.find("points_in_first_part");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_NE(remark->message.find("of 2048 x 1536 pixels"), std::string::npos) << remark->message;
+}
+
 }  // namespace
 }  // namespace procam::calibrate

@@ -233,6 +233,47 @@ TEST(PhaseSequence, ThatIsDescribedWronglyIsFound) {
   EXPECT_NE(remark(described(120, 18, 4, 0, true)).find("wave of 18 pixels does not fit"), std::string::npos);
 }
 
+/// Two captures of phase steps in each other's place, with blur, noise and a tone curve. Of four steps two exchanges look
+/// alike, and those of the first with the third and the second with the fourth mirror the wave: the waves disagree then.
+TEST(PhaseSequence, ExchangedCapturesAreNamed) {
+  GrayCodeWorld world;
+  world.gamma = 1.8;
+  world.projector_blur = 0.9, world.camera_blur = 0.8;
+  world.noise_at_black = 2;
+  world.white_level = 190;
+  FrameSequence shown;
+  for (const StripeAxis axis : {StripeAxis::kColumn, StripeAxis::kRow}) {
+    add_wave(shown, axis, 18, equal_steps(8));
+    add_wave(shown, axis, 120, equal_steps(4));
+  }
+  const std::vector<ImageU8> images = test::capture_all(world, frames(shown, kSize));
+  const std::vector<ViewU8> captures = test::views_of(images);
+  EXPECT_EQ(decode(captures, shown, kSize).diagnostics.find("frames_exchanged"), nullptr);
+  int named = 0, alone = 0, mirrored = 0;
+  for (int a = 0; a < 12; ++a)
+    for (int b = a + 1; b < int(captures.size()); ++b) {
+      if (b > 12 && b % 5 != 0) continue;
+      std::vector<ViewU8> exchanged = captures;
+      std::swap(exchanged[std::size_t(a)], exchanged[std::size_t(b)]);
+      const Diagnostics found = decode(exchanged, shown, kSize).diagnostics;
+      const Diagnostic* remark = found.find("frames_exchanged");
+      const bool mirrors = a + 2 == b && a >= 8 && b < 12;
+      EXPECT_EQ(remark == nullptr, mirrors) << a << " and " << b;
+      if (remark == nullptr) {
+        EXPECT_NE(found.find("waves_disagree"), nullptr) << a << " and " << b;
+        ++mirrored;
+        continue;
+      }
+      const std::string pair = "frame " + std::to_string(a) + " and frame " + std::to_string(b);
+      EXPECT_NE(remark->message.find(pair), std::string::npos) << pair << ": " << remark->message;
+      ++named;
+      alone += remark->message.find(", or frame ") == std::string::npos;
+    }
+  EXPECT_EQ(mirrored, 2);
+  EXPECT_EQ(named, 66 - 2 + 12 * 3);
+  EXPECT_GE(alone, named - 8);
+}
+
 TEST(FrameSequences, ThatCannotBeDecodedAreRefused) {
   const auto expect = [](const FrameSequence& sequence, const std::string& words) {
     EXPECT_ERROR(require_decodable(sequence, kSize), kInput, words);

@@ -55,13 +55,15 @@ ExitCode calibrate_room(const RoomFlags& flags, Console& console) {
   room::RoomPointsOptions points_options;
   points_options.points_a_map = flags.points_a_map;
   points_options.marked = marked_pixels(flags);
-  const room::RoomPoints points = room::room_points(captures.lights, points_options);
+  const room::RoomPoints points =
+      console.reporting(remarks, [&] { return room::room_points(captures.lights, points_options); });
   room::RoomOptions options = room_options(flags, points);
   options.targets = targets.found();
   options.camera_sheets = camera_sheets(captures.exif, remarks);
   console.progress("solving", 0, 1);
   const double start = steady_now();
-  report::RoomReport report{room::calibrate_room(points, options), {}, 0};
+  report::RoomReport report{
+      console.reporting(remarks, [&] { return room::calibrate_room(points, options); }), {}, 0};
   report.seconds = steady_now() - start;
   room::RoomCalibration& result = report.result;
   if (truth) report.deviations = room::deviations(result.rig, *truth);

@@ -34,7 +34,7 @@ RoomCalibration Route::run() {
   find_covariance();
   measure_parallax();
   measure_flatness();
-  check_stated_lenses();
+  if (check_sheets()) check_stated_lenses();
   find_scale();
   measure_walls();
   refuse_uncertain();
@@ -194,10 +194,10 @@ double Route::mean_variance(int point) const {
 }
 
 void Route::check_fit() const {
+  refuse_if_turned_only(points_, plan_);
   const int all = result_.points + result_.outliers;
   const bool few = result_.points < all / 3;
   if (result_.points >= 50 && !few && result_.rms_px < options_.max_rms_px) return;
-  refuse_if_turned_only(points_, plan_);
   throw Error(
       ErrorKind::kNotConverged, "the room's light",
       few ? "no rig explains it: " + std::to_string(result_.outliers) + " of " + std::to_string(all) +

@@ -40,7 +40,7 @@ double off_homography(const RoomPoints& points, const LensPlan& plan, int map) {
 
 /// Do all camera positions differ from the first by a rotation alone?
 bool only_rotated(const RoomPoints& points, const LensPlan& plan) {
-  if (points.positions.size() < 2 || !plan.cameras_known) return false;
+  if (points.positions.size() < 2) return false;
   bool any = false;
   for (int b = 1; b < int(points.positions.size()); ++b) {
     std::vector<ImagePair> rays;

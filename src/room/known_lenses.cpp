@@ -29,16 +29,54 @@ std::string Route::disagreement_words(const LensDisagreement& disagrees) const {
          ") from the known lens";
 }
 
+bool Route::check_sheets() {
+  std::vector<char> chosen(plan_.lenses.size(), 0);
+  for (std::size_t p = 0; p < points_.projectors.size(); ++p)
+    chosen[points_.cameras.size() + p] = options_.projectors.count(points_.projectors[p].name) > 0;
+  const auto departs = departure(plan_, state_, chosen);
+  if (!departs) return true;
+  const auto lens = std::size_t(departs->lens);
+  const std::string& name = points_.projectors[lens - points_.cameras.size()].name;
+  const Camera& given = plan_.lenses[lens];
+  const bool is_focal = departs->parameter == 0;
+  const double unit = 1.0 / (departs->parameter == 3 ? given.size.height : given.size.width);
+  result_.diagnostics.fail(
+      "sheet_disagrees", "projector '" + name + "': the light puts its " +
+                             (is_focal                  ? "throw ratio "
+                              : departs->parameter == 2 ? "lens shift (x) "
+                                                        : "lens shift (y) ") +
+                             format("%+.3f", departs->off * unit) + " (+-" +
+                             significant(departs->sigma * unit, 2) +
+                             ") from the stated one; check the data sheet and the zoom, " +
+                             (is_focal ? "the throw ratio is the distance over the picture's width"
+                                       : "a lens shift is a share of the whole picture's width and height") +
+                             ", or state neither");
+  return false;
+}
+
 void Route::check_stated_lenses() {
   const std::vector<char> stated = known_lenses(false);
-  if (positions() < 2 || result_.planar || !any(stated)) return;
+  if (!any(stated)) return;
+  const char* const kNext = "; check that --known-camera is this camera at this zoom, focus and resolution";
+  if (const auto departs = departure(plan_, state_, stated)) {
+    result_.diagnostics.fail("known_lens_disagrees", disagreement_words(*departs) + kNext);
+    return;
+  }
+  if (positions() < 2 || result_.planar) return;
   const FreedRig rig =
       free_lenses(points_, widened(plan_, stated), stated, state_, in_use(), options_.threads);
-  if (const auto disagrees = disagreement(plan_, rig, stated))
-    result_.diagnostics.fail(
-        "known_lens_disagrees",
-        disagreement_words(*disagrees) +
-            "; check that --known-camera is this camera at this zoom, focus and resolution");
+  const auto disagrees = disagreement(plan_, rig, stated);
+  if (!disagrees) return;
+  if (disagrees->is_certain()) {
+    result_.diagnostics.fail("known_lens_disagrees", disagreement_words(*disagrees) + kNext);
+    return;
+  }
+  doubt_ = disagreement_words(*disagrees);
+  covariance_ = kept_covariance(rig, state_);
+  layout_ = rig.layout;
+  result_.diagnostics.warn(
+      "known_lens_doubtful",
+      doubt_ + ", more than both state and too little to be certain: the deviations hold it" + kNext);
 }
 
 void Route::check_unstated_lenses() {
@@ -49,9 +87,10 @@ void Route::check_unstated_lenses() {
   const bool trusted = positions() > 1 && !result_.planar;
   const FreedRig rig = trusted ? free_lenses(points_, wide, unstated, state_, in_use(), options_.threads)
                                : open_lenses(points_, wide, state_, in_use(), options_.threads);
-  const auto disagrees = trusted ? disagreement(plan_, rig, unstated) : std::nullopt;
+  auto disagrees = trusted ? disagreement(plan_, rig, unstated) : std::nullopt;
+  if (disagrees && !disagrees->is_certain()) disagrees.reset();  // the deviations hold it
   if (disagrees) {
-    const std::string words = disagreement_words(*disagrees);
+    const std::string words = doubt_ = disagreement_words(*disagrees);
     plan_ = wide;
     state_ = rig.state;
     result_.outliers = result_.points = 0;

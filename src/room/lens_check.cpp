@@ -151,7 +151,7 @@ FreedRig open_lenses(const RoomPoints& points, const LensPlan& plan, const RoomS
 
 std::optional<LensDisagreement> disagreement(const LensPlan& plan, const FreedRig& freed,
                                              const std::vector<char>& chosen) {
-  constexpr double kDoubt = 5, kMaterial = 0.005;
+  constexpr double kDoubt = 3.3, kMaterial = 0.005;
   std::optional<LensDisagreement> worst;
   for (std::size_t lens = 0; lens < chosen.size(); ++lens) {
     if (!chosen[lens] || plan.guess[lens]) continue;
@@ -172,6 +172,25 @@ std::optional<LensDisagreement> disagreement(const LensPlan& plan, const FreedRi
       if (column < 0 || i == 1 || !material(i)) continue;
       const double variance = freed.covariance(column, column) + (i < stated.rows() ? stated(i, i) : 0.0);
       const double sigma = std::sqrt(std::max(variance, 1e-300));
+      if (std::abs(off[i]) > kDoubt * sigma &&
+          (!worst || std::abs(off[i]) / sigma > std::abs(worst->off) / worst->sigma))
+        worst = LensDisagreement{int(lens), i, off[i], sigma};
+    }
+  }
+  return worst;
+}
+
+std::optional<LensDisagreement> departure(const LensPlan& plan, const RoomState& state,
+                                          const std::vector<char>& chosen) {
+  constexpr double kDoubt = 4.5;
+  std::optional<LensDisagreement> worst;
+  for (std::size_t lens = 0; lens < chosen.size(); ++lens) {
+    if (!chosen[lens]) continue;
+    const VecX off = parameters_of(state.lenses[lens]) - parameters_of(plan.lenses[lens]);
+    const MatX stated = prior_covariance(plan, int(lens));
+    for (const int i : {0, 2, 3, 5, 6}) {
+      if (i >= int(off.size()) || !plan.free[lens][std::size_t(i)]) continue;
+      const double sigma = std::sqrt(stated(i, i));
       if (std::abs(off[i]) > kDoubt * sigma &&
           (!worst || std::abs(off[i]) / sigma > std::abs(worst->off) / worst->sigma))
         worst = LensDisagreement{int(lens), i, off[i], sigma};

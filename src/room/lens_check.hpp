@@ -1,5 +1,6 @@
 #pragma once
 /// Known lenses against the light: what it says of them when they are as unknown as those of a data sheet.
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -37,12 +38,19 @@ FreedRig free_lenses(const RoomPoints& points, const LensPlan& plan, const std::
 struct LensDisagreement {
   int lens = 0, parameter = 0;
   double off = 0, sigma = 0;  ///< the light's estimate less the known value; of the difference
+  /// Smooth errors of the light feign three deviations now and then, not five.
+  bool is_certain() const { return std::abs(off) > 5 * sigma; }
 };
 
 /// The parameter of the chosen lenses that is off by most standard deviations, those of `plan` and of the light
-/// together, where it is off by more than noise and by more than 0.5 % of the focal length, width or corner.
+/// together, where it is off by more than 3.3 of them and by more than 0.5 % of the focal length, width or corner.
 std::optional<LensDisagreement> disagreement(const LensPlan& plan, const FreedRig& freed,
                                              const std::vector<char>& chosen);
+
+/// The parameter of the chosen lenses that the solution moved farthest from its stated value, in stated standard deviations:
+/// where it is more than a right one moves. `sigma` is the stated one.
+std::optional<LensDisagreement> departure(const LensPlan& plan, const RoomState& state,
+                                          const std::vector<char>& chosen);
 
 /// Mean square error of the solution by the known lenses: the covariance of the freed rig and the square of the
 /// distance between both. It covers the truth wherever the light puts it.

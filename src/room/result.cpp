@@ -141,10 +141,15 @@ void Route::add_remarks() {
             fixed(result_.scatter, 1) +
             " times its own deviation; check the camera's lens, and that neither projectors nor the room moved");
   const int all = result_.points + result_.outliers;
-  if (result_.outliers > all / 5)
-    remarks.warn("many_outliers", std::to_string(result_.outliers) + " of " + std::to_string(all) +
-                                      " points are off by more than " + fixed(options_.outlier_sigmas, 0) +
-                                      " standard deviations: look for glossy or moving things");
+  // A rig that explains most of the light may be far off where the views contradict each other.
+  constexpr double kManyOutliers = 0.15;
+  if (result_.outliers > kManyOutliers * all)
+    remarks.fail(
+        "many_outliers",
+        std::to_string(result_.outliers) + " of " + std::to_string(all) + " points are off by more than " +
+            fixed(options_.outlier_sigmas, 0) +
+            " standard deviations: a projector was moved or a camera zoomed between the views, a view is of another "
+            "place, or things are glossy or move; capture the views again with everything at rest");
 }
 
 }  // namespace procam::room

@@ -58,6 +58,8 @@ class Route {
   std::string disagreement_words(const LensDisagreement& disagrees) const;
   /// The light of several positions tells a camera's lens as well, though less exactly than a board: does it agree?
   void check_stated_lenses();
+  /// Do the projectors keep to their data sheets? False: a failure is reported, and a known lens is not to be blamed.
+  bool check_sheets();
   /// A lens of which nothing is stated: kept where the light agrees, else estimated. What the light leaves open is part
   /// of the covariance.
   void check_unstated_lenses();
@@ -100,6 +102,7 @@ class Route {
   MatX covariance_;
   VecX scale_by_parameters_;
   double scale_ = 1, scale_variance_ = 0;
+  std::string doubt_;  ///< of a known lens, where the light contradicts it
   RoomCalibration result_;
 };
 

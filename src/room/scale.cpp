@@ -39,6 +39,10 @@ int Route::first_position(const std::string& camera) const {
 Route::KnownLength Route::known_length(const KnownDistance& distance) const {
   RoomState state = state_;
   const std::optional<double> here = modelled(distance, state);
+  constexpr double kNoParallax = 1 * kDegree;
+  if (result_.parallax < kNoParallax)
+    refuse_room(points_, plan_, "a known distance between points of the walls gives no scale",
+                result_.parallax);
   if (!here || !(*here > 1e-6))
     throw Error(ErrorKind::kDegenerate, "the known distance",
                 "its two ends are in one place, or have no depth",

@@ -65,11 +65,22 @@ void Route::refuse_uncertain() const {
   // The light of one position leaves a number of the lens to its priors, and their shape is a guess.
   const double limit =
       points_.positions.size() == 1 ? 0.5 * options_.max_wall_sigma : options_.max_wall_sigma;
-  if (!(result_.wall_sigma_share < limit))
-    refuse_room(points_, plan_,
-                "the walls would be uncertain by " + percent(std::min(result_.wall_sigma_share, 9.99)) +
-                    " of their distance (limit " + percent(limit) + ")",
-                result_.parallax);
+  if (result_.wall_sigma_share < limit) return;
+  const double by_scale = std::sqrt(scale_variance_);
+  if (by_scale > 0.7 * result_.wall_sigma_share)
+    throw Error(ErrorKind::kDegenerate, "the known length",
+                "it is uncertain by " + percent(std::min(by_scale, 9.99)) +
+                    " of itself, and so are the walls (limit " + percent(limit) + ")",
+                "measure a longer one, check its unit, and state its standard deviation (1.25m+-2mm)");
+  const std::string seen = "the walls would be uncertain by " +
+                           percent(std::min(result_.wall_sigma_share, 9.99)) + " of their distance (limit " +
+                           percent(limit) + ")";
+  if (!doubt_.empty())
+    throw Error(
+        ErrorKind::kDegenerate, "the known lens", doubt_ + "; with it open, " + seen,
+        "check that --known-camera is this camera at this zoom, focus and resolution; if it is, capture one more "
+        "view from another place of the camera");
+  refuse_room(points_, plan_, seen, result_.parallax);
 }
 
 void Route::measure_flatness() {

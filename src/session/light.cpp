@@ -22,6 +22,19 @@ const PlannedView& view_named(const SessionPlan& plan, const std::string& name) 
       "name one by --view: " + known);
 }
 
+/// A board judges its points. Here every pixel is a result, and such captures give wrong ones.
+void refuse_wrong_order(const Diagnostics& decoded, const std::string& view) {
+  for (const char* const code : {"frames_exchanged", "waves_disagree"}) {
+    const Diagnostic* const remark = decoded.find(code);
+    if (remark == nullptr) continue;
+    // "<why>: put the files back ..." or "<why>; capture this view again ...".
+    const std::string& words = remark->message;
+    const std::size_t why = std::min(words.find(": put"), words.find("; capture"));
+    throw Error(ErrorKind::kInput, "view '" + view + "'", words.substr(0, why),
+                why < words.size() ? words.substr(why + 2) : "capture this view again");
+  }
+}
+
 CapturedLight read_stack_light(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack) {
   const auto projector = std::find_if(
       plan.projectors.begin(), plan.projectors.end(),
@@ -56,6 +69,7 @@ CapturedLight read_stack_light(const SessionPlan& plan, const PlannedView& view,
   seen.light = std::move(read->light);
   seen.flat_lit = std::move(read->flat_lit);
   seen.light.diagnostics.append(captures.diagnostics);
+  refuse_wrong_order(seen.light.diagnostics, view.name);
   return seen;
 }
 

@@ -144,6 +144,42 @@ const std::vector<DegenerateCase>& cases() {
                if (const auto light = moved.light(1, 0, r.camera_pixel)) r.projector_pixel = *light;
        },
        std::nullopt, "light_disagrees"},
+      {"ProjectorTurnedALittleBetweenTheViews", two_positions,
+       [](const W& w, P& p, O&) {
+         W turned = w;
+         Pose& place = turned.projectors[0].rig_from_projector;
+         place = place * Pose(so3_exp(Vec3(0, 0.3 * kDegree, 0)), Vec3::Zero());
+         for (room::RoomPoint& point : p.points)
+           for (room::LightReading& r : point.readings)
+             if (r.map == 1)
+               if (const auto light = turned.light(1, 0, r.camera_pixel)) r.projector_pixel = *light;
+       },
+       std::nullopt, "*"},
+      {"AViewTwice",
+       [] {
+         W w = two_positions();
+         w.positions[1].rig_from_camera = w.positions[0].rig_from_camera;
+         return w;
+       },
+       nothing, ErrorKind::kDegenerate, "only turned"},
+      {"SheetWithAnotherLensShift", one_position,
+       [](const W& w, P&, O& o) {
+         give_sheet(w, o, 0.02);
+         o.projectors.begin()->second.shift_y->value *= 2;
+       },
+       std::nullopt, "sheet_disagrees"},
+      {"SheetWithAnotherThrowRatio", two_positions,
+       [](const W& w, P&, O& o) {
+         give_sheet(w, o, 0.02);
+         o.projectors.begin()->second.throw_ratio->value *= 0.83;
+       },
+       std::nullopt, "sheet_disagrees"},
+      {"ADistanceInAnotherUnit", two_positions,
+       [](const W&, P&, O& o) {
+         o.distances[0].length *= 1e-3;
+         o.distances[0].sigma = 1e-3;
+       },
+       ErrorKind::kDegenerate, "it is uncertain by"},
       {"KnownLensOfAnotherSize", two_positions,
        [](const W&, P&, O& o) {
          o.cameras["camera"].lens.size = {640, 480};
@@ -185,6 +221,7 @@ TEST_P(DegenerateRoom, IsRefusedOrSolvedWithItsAssumption) {
     ASSERT_TRUE(!test.kind || words == "*")
         << "solved: wall sigma " << result.wall_sigma << " m, true " << wall_error(world, result.rig)
         << " m, rms " << result.rms_px << " px";
+    if (words == "sheet_disagrees") EXPECT_EQ(result.diagnostics.find("known_lens_disagrees"), nullptr);
     if (!words.empty() && words != "*")
       EXPECT_NE(result.diagnostics.find(words), nullptr)
           << "wall sigma " << result.wall_sigma << " m, true " << wall_error(world, result.rig) << " m";

@@ -153,5 +153,18 @@ TEST(KnownLens, ThatIsStatedAndWrongFails) {
   }
 }
 
+/// The same where it is stated to half a percent: the solution may move there by many of these.
+TEST(KnownLens, ThatIsFartherOffThanStatedFails) {
+  for (const double focal : {0.8, 0.9, 1.1, 1.2}) {
+    try {
+      const Solved solved = solve(corner(), {focal}, 0.005);
+      EXPECT_TRUE(solved.result.diagnostics.failed())
+          << focal << ": " << solved.error << " m, stated " << solved.result.wall_sigma << " m";
+    } catch (const Error& error) {
+      EXPECT_NE(error.kind(), ErrorKind::kUnsupported) << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace procam::test

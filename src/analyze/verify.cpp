@@ -132,6 +132,21 @@ bool beyond_bump(const Movement& m, const VerifyOptions& options) {
   return chi2 > internal::chi_square_limit(kBeyondBumpRate, 6);
 }
 
+/// Throws where the surface elsewhere explains the marks as well as the projector's movement, and only the size of a bump speaks
+/// against it: a wall may have been mapped 0.2 m off. `misfits`: chi-square, of the projector and of the surface.
+void refuse_wrong_map(const Movement& projector, const std::optional<Movement>& surface, const Vec2& misfits,
+                      const VerifyOptions& options) {
+  constexpr double kAsWell = 12;
+  if (!surface || !beyond_bump(*surface, options) || misfits[1] > misfits[0] + kAsWell) return;
+  throw Error(
+      ErrorKind::kDegenerate, "the correction",
+      "that " + words_of(*surface) + " explains the marks as well as a movement of " + projector.what +
+          "; only the size of a bump speaks against it, and a wrong map is no bump",
+      "measure " + surface->what +
+          " again, state how uncertain its pose is (--map-sigma 20mm,1deg), or put a mapped marker on it "
+          "(--markers)");
+}
+
 /// Throws when the correction asked for is not what the marks say; remarks on what they leave open.
 void judge_correction(bool settled, const Movement& asked, const std::optional<Movement>& other,
                       const VerifyOptions& options, Diagnostics& diagnostics) {
@@ -381,6 +396,9 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
 
   Moved corrected;
   if (result.alarm && options.correct == Correct::kProjector) {
+    const double unit = result.scatter * result.scatter;
+    refuse_wrong_map(result.projector_moved, result.surface_moved,
+                     Vec2(by_projector.squares.sum(), by_surface.squares.sum()) / unit, options);
     judge_correction(by_projector.settled, result.projector_moved, result.surface_moved, options,
                      result.diagnostics);
     corrected = by_projector.moved;

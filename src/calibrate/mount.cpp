@@ -8,6 +8,7 @@
 #include "mount_plane_names.hpp"
 #include "mount_remarks.hpp"
 #include "mount_start.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::calibrate {
 
@@ -226,6 +227,28 @@ MountResult result_of(const Model& model, const Equations& equations) {
 namespace mount {
 namespace {
 
+/// A stated time offset against the one that the drive shows.
+void check_stated_offset(Model model, const MountOptions& options, Diagnostics& diagnostics) {
+  if (options.estimate_time_offset || options.stations) return;
+  MountOptions open = options;
+  open.estimate_time_offset = true;
+  model.options = &open;
+  MountProblem problem(model, false);
+  problem.solve(kRoughly);
+  const Equations equations(problem.linearise());
+  const MountResult found = result_of(model, equations);
+  constexpr double kDisagrees = 5, kLittle = 0.003;  // sigmas; seconds
+  const double off = found.time_offset - options.time_offset;
+  if (!(std::abs(off) > std::max(kLittle, kDisagrees * found.time_offset_sigma))) return;
+  diagnostics.fail(
+      "time_offset_disagrees",
+      "the stamps of both logs are stated to be " + format("%.0f", 1e3 * options.time_offset) +
+          " ms apart, and the motion puts them " +
+          format("%.1f +- %.1f", 1e3 * found.time_offset, 1e3 * found.time_offset_sigma) +
+          " ms apart: let the offset be estimated, or give this one (one clock is not enough, a stamp must be the "
+          "moment of measurement)");
+}
+
 MountResult calibrate_started(const MountData& started, const MountOptions& options) {
   Model model = start_model(started, options);
   std::vector<FoundEvent> found;
@@ -274,6 +297,7 @@ MountResult calibrate_started(const MountData& started, const MountOptions& opti
                              event.chi2, event.other_chi2});
   }
   remark(result, options, mount_information(equations, options.estimate_time_offset));
+  check_stated_offset(model, options, result.diagnostics);
   return result;
 }
 

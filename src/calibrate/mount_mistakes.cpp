@@ -24,6 +24,9 @@ const std::vector<Mistake>& mistakes() {
          const Eigen::Quaterniond& q = pose.rotation;
          return Pose(Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()), pose.translation);
        }},
+      {"of another handedness (y or the yaw has the other sign, or x and y are exchanged)",
+       "write a right-handed frame with z upwards, and the pose of the base in the world, not its inverse",
+       [](const Pose& pose) { return Pose(pose.rotation.conjugate(), pose.translation); }},
       {"millimetres", "write metres",
        [](const Pose& pose) { return Pose(pose.rotation, 0.001 * pose.translation); }},
       {"centimetres", "write metres",

@@ -178,6 +178,13 @@ void remark_on_scale(const MountResult& result, Diagnostics& diagnostics) {
   const double off = result.scale - 1;
   if (!(result.scale_sigma > 0) || std::abs(off) < kSure * result.scale_sigma) return;
   const Words words = words_of(result.carrier);
+  if (result.scale < 0) {
+    diagnostics.fail("mirrored",
+                     "the " + words.poses +
+                         " fit only when they are mirrored: their frame is left-handed. Write a right-handed "
+                         "one (y, and the x and z of the quaternion, of the other sign)");
+    return;
+  }
   double square = 0;
   for (const Eigen::Index i : {0, 1, 2})
     if (result.directions[std::size_t(3 + i)].observable)
@@ -231,6 +238,18 @@ void remark_on_plane_sensor(const MountResult& result, const MountOptions& optio
     diagnostics.fail("lengths_disagree", rest);
   else
     diagnostics.warn("lengths_disagree", rest);
+}
+
+/// A planar drive of a left-handed localiser is that of a right-handed one seen from below.
+void remark_on_side(const MountResult& result, Diagnostics& diagnostics) {
+  if (result.carrier != MountCarrier::kBase) return;
+  const Vec3 up_in_image = result.base_from_rig.pose.rotation * -Vec3::UnitY();
+  constexpr double kUpsideDown = -0.5;
+  if (up_in_image.z() < kUpsideDown)
+    diagnostics.warn(
+        "rig_upside_down",
+        "the rig's camera hangs upside down on the base. If it does not, the localiser's frame is left-handed (y and "
+        "yaw of the other sign) or has z downwards; write a right-handed one with z upwards");
 }
 
 void remark_on_changes(const MountResult& result, Diagnostics& diagnostics) {
@@ -319,6 +338,7 @@ void remark(MountResult& result, const MountOptions& options, const MountInforma
   for (const MountEvent& event : result.events) remark_on_event(event, result.carrier, diagnostics);
   remark_on_scale(result, diagnostics);
   remark_on_plane_sensor(result, options, diagnostics);
+  remark_on_side(result, diagnostics);
   remark_on_changes(result, diagnostics);
   remark_on_noise(result, options, diagnostics);
   remark_on_carrier(result, options, diagnostics);

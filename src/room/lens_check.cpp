@@ -70,7 +70,7 @@ RoomState along_focal_length(const RoomPoints& points, const LensPlan& plan, con
                              const RoomState& given, const std::vector<char>& used, int threads) {
   constexpr std::size_t kPoints = 1500;
   constexpr double kStep = 0.05;
-  constexpr int kSteps = 10;
+  constexpr int kSteps = 10, kFewest = 4;
   AdjustOptions options;
   options.free = plan.free;
   options.threads = threads;
@@ -104,21 +104,32 @@ RoomState along_focal_length(const RoomPoints& points, const LensPlan& plan, con
                 double(std::max<std::size_t>(1, (count + stride - 1) / stride));
     return out;
   };
+  // Some steps to both sides in any case: where bundle adjustment follows the valley slowly, the cost of the next step may seem
+  // higher though the minimum is beyond it.
   const double up = 1 + kStep;
-  Trial best = try_at(given, 1), longer = try_at(best.state, up), shorter = try_at(best.state, 1 / up);
-  const bool grow = longer.cost < shorter.cost;
-  for (int step = 0; step < kSteps; ++step) {
-    Trial& next = grow ? longer : shorter;
-    if (!(next.cost < best.cost)) break;
-    (grow ? shorter : longer) = std::move(best);
-    best = std::move(next);
-    next = try_at(best.state, grow ? up : 1 / up);
+  std::vector<Trial> line{try_at(given, 1)};
+  std::size_t least = 0;
+  for (const bool grow : {true, false}) {
+    for (int step = 1; step <= kSteps; ++step) {
+      const std::size_t end = grow ? line.size() - 1 : 0;
+      if (step > kFewest && least != end) break;
+      Trial next = try_at(line[end].state, grow ? up : 1 / up);
+      line.insert(grow ? line.end() : line.begin(), std::move(next));
+      if (!grow) ++least;
+      const std::size_t added = grow ? line.size() - 1 : 0;
+      if (line[added].cost < line[least].cost) least = added;
+    }
   }
+  const Trial& best = line[least];
   // The minimum of the parabola through three, in steps of log(focal length).
-  const double bend = longer.cost + shorter.cost - 2 * best.cost;
-  const double at = bend > 0 ? std::clamp(0.5 * (shorter.cost - longer.cost) / bend, -1.0, 1.0) : 0;
+  double at = 0;
+  if (least > 0 && least + 1 < line.size()) {
+    const double shorter = line[least - 1].cost, longer = line[least + 1].cost,
+                 bend = longer + shorter - 2 * best.cost;
+    if (bend > 0) at = std::clamp(0.5 * (shorter - longer) / bend, -1.0, 1.0);
+  }
   Trial last = try_at(best.state, std::pow(up, at));
-  RoomState state = last.cost < best.cost ? std::move(last.state) : std::move(best.state);
+  RoomState state = last.cost < best.cost ? std::move(last.state) : best.state;
   const Adjustment adjustment(points, options);
   for (std::size_t i = 0; i < used.size(); ++i)
     if (!few[i] && std::isfinite(state.inverse_depth[i]) && !adjustment.refine_depth(state, int(i)))

@@ -155,11 +155,50 @@ TEST(Mount, NamesWhatIsMistakenInARecording) {
     return Pose(Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()), pose.translation);
   };
   const auto millimetres = [](const Pose& pose) { return Pose(pose.rotation, 1000 * pose.translation); };
+  refused(
+      true, [](const Pose& pose) { return Pose(pose.rotation.conjugate(), pose.translation); }, "handedness");
+  refused(
+      true,
+      [](const Pose& pose) {
+        const Vec3& t = pose.translation;
+        return Pose(pose.rotation, Vec3(t.y(), t.x(), t.z()));
+      },
+      "handedness");
   for (const bool of_base : {true, false}) {
     refused(of_base, inverted, "inverted");
     refused(of_base, w_first, "w x y z");
     refused(of_base, millimetres, "millimetres");
   }
+}
+
+/// A left-handed localiser: the drive is as seen from below, and the rig hangs upside down in it.
+TEST(Mount, OfALeftHandedLocaliserIsNoted) {
+  const MountDrive made = walk(uneven(88), 30);
+  MountData data = data_of(made);
+  const MountResult right = calibrate_mount(data, with_height(made, 88));
+  EXPECT_EQ(right.diagnostics.find("rig_upside_down"), nullptr);
+  for (BasePose& pose : data.base) {
+    Eigen::Quaterniond& q = pose.world_from_base.rotation;
+    pose.world_from_base = Pose(Eigen::Quaterniond(q.w(), -q.x(), q.y(), -q.z()),
+                                Vec3(1, -1, 1).cwiseProduct(pose.world_from_base.translation));
+  }
+  const MountResult mirrored = calibrate_mount(data, with_height(made, 88));
+  EXPECT_NE(mirrored.diagnostics.find("rig_upside_down"), nullptr);
+}
+
+/// "One clock" that is not, or stamps that are late.
+TEST(Mount, AStatedTimeOffsetIsChecked) {
+  const MountDrive made = walk(uneven(89), 30);
+  MountOptions options = with_height(made, 89);
+  const MountResult free = calibrate_mount(data_of(made), options);
+  options.estimate_time_offset = false;
+  options.time_offset = free.time_offset;
+  EXPECT_EQ(calibrate_mount(data_of(made), options).diagnostics.find("time_offset_disagrees"), nullptr);
+  options.time_offset = free.time_offset + 0.05;
+  const MountResult late = calibrate_mount(data_of(made), options);
+  const Diagnostic* const remark = late.diagnostics.find("time_offset_disagrees");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_EQ(remark->severity, Severity::kFailure);
 }
 
 TEST(Mount, WhereMostSightingsAreWrongIsRefused) {

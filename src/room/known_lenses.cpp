@@ -74,9 +74,6 @@ void Route::check_stated_lenses() {
   doubt_ = disagreement_words(*disagrees);
   covariance_ = kept_covariance(rig, state_);
   layout_ = rig.layout;
-  result_.diagnostics.warn(
-      "known_lens_doubtful",
-      doubt_ + ", more than both state and too little to be certain: the deviations hold it" + kNext);
 }
 
 void Route::check_unstated_lenses() {
@@ -89,8 +86,9 @@ void Route::check_unstated_lenses() {
                                : open_lenses(points_, wide, state_, in_use(), options_.threads);
   auto disagrees = trusted ? disagreement(plan_, rig, unstated) : std::nullopt;
   if (disagrees && !disagrees->is_certain()) disagrees.reset();  // the deviations hold it
+  std::string words;
   if (disagrees) {
-    const std::string words = doubt_ = disagreement_words(*disagrees);
+    words = disagreement_words(*disagrees);
     plan_ = wide;
     state_ = rig.state;
     result_.outliers = result_.points = 0;
@@ -109,10 +107,10 @@ void Route::check_unstated_lenses() {
   }
   find_scale();
   measure_walls();
-  if (disagrees) return refuse_uncertain();
+  if (disagrees) return refuse_uncertain(words);
   constexpr double kMaterial = 2;
   if (!(result_.wall_sigma > kMaterial * by_given)) return;
-  const std::string words =
+  words =
       "no deviation is stated of a known camera's lens, and the light determines it no better: taken as a data "
       "sheet's (10 % of the focal length), it leaves the walls uncertain by " +
       mm(result_.wall_sigma) + ", as an exact lens by " + mm(by_given) +

@@ -162,7 +162,7 @@ FreedRig open_lenses(const RoomPoints& points, const LensPlan& plan, const RoomS
 
 std::optional<LensDisagreement> disagreement(const LensPlan& plan, const FreedRig& freed,
                                              const std::vector<char>& chosen) {
-  constexpr double kDoubt = 3.3, kMaterial = 0.005;
+  constexpr double kDoubt = 3, kMaterial = 0.005;
   std::optional<LensDisagreement> worst;
   for (std::size_t lens = 0; lens < chosen.size(); ++lens) {
     if (!chosen[lens] || plan.guess[lens]) continue;

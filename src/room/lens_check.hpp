@@ -43,7 +43,7 @@ struct LensDisagreement {
 };
 
 /// The parameter of the chosen lenses that is off by most standard deviations, those of `plan` and of the light
-/// together, where it is off by more than 3.3 of them and by more than 0.5 % of the focal length, width or corner.
+/// together, where it is off by more than three of them and by more than 0.5 % of the focal length, width or corner.
 std::optional<LensDisagreement> disagreement(const LensPlan& plan, const FreedRig& freed,
                                              const std::vector<char>& chosen);
 

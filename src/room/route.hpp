@@ -85,7 +85,8 @@ class Route {
   /// Is this position where the rig has its camera?
   bool is_in_rig(int position) const;
   void measure_walls();
-  void refuse_uncertain() const;
+  /// Where a stated lens is in doubt, a remark instead. `contradicted`: a lens that is not in use, in words.
+  void refuse_uncertain(const std::string& contradicted = "");
   void measure_flatness();
 
   // The result: result.cpp.

@@ -61,25 +61,33 @@ void Route::measure_walls() {
   result_.distance = median_or(distances, 0.0);
 }
 
-void Route::refuse_uncertain() const {
+void Route::refuse_uncertain(const std::string& contradicted) {
   // The light of one position leaves a number of the lens to its priors, and their shape is a guess.
   const double limit =
       points_.positions.size() == 1 ? 0.5 * options_.max_wall_sigma : options_.max_wall_sigma;
-  if (result_.wall_sigma_share < limit) return;
+  const bool is_certain = result_.wall_sigma_share < limit;
+  const std::string seen = "the walls would be uncertain by " +
+                           percent(std::min(result_.wall_sigma_share, 9.99)) + " of their distance (limit " +
+                           percent(limit) + ")",
+                    check = "check that --known-camera is this camera at this zoom, focus and resolution";
+  if (!doubt_.empty()) {
+    const std::string words = doubt_ + ", more than both state and too little to be certain: ";
+    if (is_certain)
+      result_.diagnostics.warn("known_lens_doubtful", words + "the deviations hold it; " + check);
+    else
+      result_.diagnostics.fail("known_lens_doubtful", words + seen + " with the lens open; " + check);
+    return;
+  }
+  if (is_certain) return;
   const double by_scale = std::sqrt(scale_variance_);
   if (by_scale > 0.7 * result_.wall_sigma_share)
     throw Error(ErrorKind::kDegenerate, "the known length",
                 "it is uncertain by " + percent(std::min(by_scale, 9.99)) +
                     " of itself, and so are the walls (limit " + percent(limit) + ")",
                 "measure a longer one, check its unit, and state its standard deviation (1.25m+-2mm)");
-  const std::string seen = "the walls would be uncertain by " +
-                           percent(std::min(result_.wall_sigma_share, 9.99)) + " of their distance (limit " +
-                           percent(limit) + ")";
-  if (!doubt_.empty())
-    throw Error(
-        ErrorKind::kDegenerate, "the known lens", doubt_ + "; with it open, " + seen,
-        "check that --known-camera is this camera at this zoom, focus and resolution; if it is, capture one more "
-        "view from another place of the camera");
+  if (!contradicted.empty())
+    throw Error(ErrorKind::kDegenerate, "the known lens", contradicted + "; with it open, " + seen,
+                check + "; if it is, capture one more view from another place of the camera");
   refuse_room(points_, plan_, seen, result_.parallax);
 }
 

@@ -15,8 +15,9 @@ Equations::Equations(Linear the_linear) : linear(std::move(the_linear)) {
   if (factor.info() != Eigen::Success)
     throw Error(
         ErrorKind::kNotConverged, "mount", "the equations of the drive cannot be solved",
-        "check that poses and sightings belong to one drive, that no clock was set during it, and that no two "
-        "markers have one id; or drive longer");
+        "check that poses and sightings belong to one drive, that their clocks are less than a second apart (else give "
+        "--time-offset), that no clock was set meanwhile, and that no two markers have one id; drive straight and in "
+        "curves, not only turns on the spot");
 }
 
 MatX Equations::half_solved(MatX right) const {

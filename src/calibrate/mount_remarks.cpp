@@ -255,11 +255,16 @@ void remark_on_side(const MountResult& result, Diagnostics& diagnostics) {
 void remark_on_changes(const MountResult& result, Diagnostics& diagnostics) {
   if (int(result.events.size()) < kMaxEvents) return;
   const Words words = words_of(result.carrier);
-  diagnostics.fail("too_many_changes",
-                   "the recording contradicts itself: it would take " + std::to_string(kMaxEvents) +
-                       " changes or more to explain it. Check that no clock was set meanwhile, that no two "
-                       "markers have one id, and the scale of the " +
-                       words.poses + "; do not use this mount");
+  diagnostics.fail(
+      "too_many_changes",
+      "the recording contradicts itself: it would take " + std::to_string(kMaxEvents) +
+          " changes or more to explain it. Check that no clock was set meanwhile, that no two "
+          "markers have one id, " +
+          (result.carrier == MountCarrier::kBase
+               ? "that the localiser does not drift (odometry instead of the map), that known markers are in "
+                 "its world, "
+               : "") +
+          "and the scale of the " + words.poses + "; do not use this mount");
 }
 
 /// An arm and a head have a known noise; more is an error that lasts.

@@ -304,6 +304,35 @@ TEST(SolveSurfaces, NamesThePairThatIsOutOfLine) {
   EXPECT_GT(solved.surfaces[0].rms, 1e-3);
 }
 
+/// Of three pairs in a line any one explains a shift along it. All three are named, the culprit among them.
+TEST(SolveSurfaces, NamesAllPairsThatMayBeOutOfLine) {
+  PlanarSurface measured;
+  measured.frame = "projector";
+  measured.frame_from_surface = projector_from_sheet();
+  for (const double v : {0.0, 1.0})
+    for (const double u : {0.0, 0.4, 1.0}) {
+      measured.content.push_back(Vec2(u, v));
+      measured.points.push_back(Vec2(0.31 * u - 0.1, 0.22 * v - 0.09));
+    }
+  const auto remark = [&](std::size_t pair, const Vec2& by) -> std::string {
+    PlanarSurface moved = measured;
+    moved.points[pair] += by;
+    SurfaceSet set;
+    set.surfaces.push_back(named("wall", moved));
+    const SolvedSurface solved = solve_surfaces(set, lopsided()).surfaces[0];
+    const Diagnostic* found = solved.diagnostics.find("outlying_pair");
+    return found != nullptr ? found->message : "";
+  };
+  EXPECT_EQ(remark(4, {0.007, -0.02}).find("pair 4 lies 21.2 mm from where"), 0u)
+      << remark(4, {0.007, -0.02});
+  const std::string along = remark(4, {0.02, 0});
+  for (const char* part :
+       {"pair 3 lies ", "pair 4 lies 20 mm", "pair 5 lies ", "(the points do not show which)"})
+    EXPECT_NE(along.find(part), std::string::npos) << along;
+  EXPECT_EQ(along.find("pair 1"), std::string::npos) << along;
+  EXPECT_EQ(remark(4, {0, 0}), "");
+}
+
 // At 1e-3 a surface (Bonferroni's bound, so at most that), 1000 surfaces give more than 6 alarms with a
 // chance below 1e-4.
 TEST(SolveSurfaces, SeldomCallsOutAGoodPair) {

@@ -151,7 +151,7 @@ ExitCode detect(const Flags& flags, Console& console) {
   std::vector<std::string> files{flags.output};
   if (!flags.preview.empty()) files.push_back(flags.preview);
   console.summary().set("/files", files);
-  Diagnostics diagnostics;
+  Diagnostics diagnostics = depth::check_intrinsics(camera.camera);
   if (!check.fault.empty()) diagnostics.warn("sensor_noise", check.fault + "; " + check.next);
   diagnostics.append(depth::flatness(planes, room));
   if (!flags.gravity)

@@ -53,6 +53,24 @@ SensorCheck check_sensor(const Planes& planes, const DepthImage& image, const Ra
   return out;
 }
 
+Diagnostics check_intrinsics(const Camera& depth_camera) {
+  Diagnostics diagnostics;
+  const Intrinsics& k = depth_camera.intrinsics;
+  const ImageSize size = depth_camera.size;
+  const auto is_central = [](double c, int pixels) {
+    return std::abs(c - 0.5 * (pixels - 1)) <= 0.25 * pixels;
+  };
+  if (!is_central(k.cx, size.width) || !is_central(k.cy, size.height))
+    diagnostics.warn(
+        "principal_point",
+        format(
+            "the principal point cx, cy = %.1f, %.1f lies outside the central half of the %dx%d image: the "
+            "intrinsics seem to be those of the colour camera, or of another resolution; give those of the "
+            "depth stream in the mode of the image",
+            k.cx, k.cy, size.width, size.height));
+  return diagnostics;
+}
+
 Diagnostics flatness(const Planes& planes, const RoomSurfaces& room) {
   Diagnostics diagnostics;
   for (const SurfaceArea& area : room.areas) {

@@ -439,6 +439,11 @@ void bind_sensor_check(py::module_& m) {
            py::arg("image"));
   function(m, "check_sensor", &depth::check_sensor, "`planes` were found with the sensor's noise.",
            py::arg("planes"), py::arg("image"), py::arg("rays"), py::arg("sensor"));
+  function(m, "check_intrinsics", &depth::check_intrinsics,
+           "Warning \"principal_point\": it lies outside the central half of the image, so that\n"
+           "the intrinsics are those of another stream (the colour camera's) or of another\n"
+           "resolution.",
+           py::arg("depth_camera"));
   function(m, "flatness", &depth::flatness,
            "Warnings for surfaces that are less flat than is usual: surface_uneven,\n"
            "surface_noisy.",

@@ -234,9 +234,11 @@ void bind_solve(py::module_& m) {
            "sides of the horizon.\n"
            "\n"
            "Diagnostics, a surface each (`SolvedSurface::diagnostics`): failures\n"
-           "\"behind_projector\" and \"edge_on\", no light can land; warnings \"outside_picture\",\n"
-           "\"partly_outside\", \"seen_from_behind\", \"grazing\", \"outlying_pair\",\n"
-           "\"implausible_units\" (farther than 200 m).",
+           "\"behind_projector\" and \"edge_on\", no light can land, and \"too_small\", all of it\n"
+           "within 4 projector pixels; warnings \"outside_picture\", \"partly_outside\",\n"
+           "\"seen_from_behind\", \"mirrored\", \"grazing\", \"outlying_pair\",\n"
+           "\"implausible_units\" (farther than 200 m, wider than 100 m, content coordinates in\n"
+           "pixels).",
            py::arg("set"), py::arg("projector"), py::arg("projector_from_world") = py::none(),
            py::arg_v("options", surface::SolveOptions{}, "SolveOptions()"));
   function(m, "move_to", &surface::move_to,

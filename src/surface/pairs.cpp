@@ -1,5 +1,6 @@
 #include "pairs.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "procam/core/base/words.hpp"
@@ -66,8 +67,11 @@ void warn_of_outlying_pair(const Surface& surface, const Points2& content, const
     return sum;
   };
   const double all = weighted_squares(fit(surface, content, destination, weights), weights);
-  double min_chance = 1, deviation = 0;
-  std::size_t outlying = 0;
+  struct Left {
+    std::size_t pair;
+    double squares, deviation;  ///< of the others' fit; of the pair from it
+  };
+  std::vector<Left> left_out;
   for (std::size_t k = 0; k < weights.size(); ++k) {
     if (weights[k] == 0) continue;
     std::vector<double> others = weights;
@@ -78,18 +82,35 @@ void warn_of_outlying_pair(const Surface& surface, const Points2& content, const
     } catch (const Error&) {
       continue;  // the others alone do not carry a homography: this pair cannot be checked
     }
-    const double chance = std::pow(std::min(1.0, weighted_squares(*without, others) / all), 0.5 * freedom);
-    if (chance < min_chance) {
-      min_chance = chance;
-      outlying = k;
-      deviation = without->residuals[k].norm() / limit.unit;
-    }
+    const double squares = weighted_squares(*without, others);
+    const double chance = std::pow(std::min(1.0, squares / all), 0.5 * freedom);
+    if (chance * used < limit.false_alarm_rate)
+      left_out.push_back({k, squares, without->residuals[k].norm() / limit.unit});
   }
-  if (min_chance * used < limit.false_alarm_rate && deviation > limit.min_deviation)
-    diagnostics.warn("outlying_pair", "pair " + std::to_string(outlying) + " lies " + rounded(deviation) +
-                                          " " + limit.unit_name + " from where the other " +
-                                          std::to_string(used - 1) +
-                                          " pairs put it; measure it again or leave it out");
+  if (left_out.empty()) return;
+  const Left best = *std::min_element(left_out.begin(), left_out.end(),
+                                      [](const Left& p, const Left& q) { return p.squares < q.squares; });
+  if (!(best.deviation > limit.min_deviation)) return;
+
+  // Without any one of three pairs in a line the rest may fit alike: all of them are named, the nearest first.
+  constexpr double kAlike = 0.01;
+  const double rounding = 0.1 * limit.min_deviation * limit.unit,
+               smallest = rounding * rounding * *std::max_element(weights.begin(), weights.end());
+  const auto is_worse = [&](const Left& left) {
+    return std::pow((best.squares + smallest) / (left.squares + smallest), 0.5 * freedom) < kAlike ||
+           !(left.deviation > limit.min_deviation);
+  };
+  left_out.erase(std::remove_if(left_out.begin(), left_out.end(), is_worse), left_out.end());
+  std::sort(left_out.begin(), left_out.end(),
+            [](const Left& p, const Left& q) { return p.deviation < q.deviation; });
+  std::string text;
+  for (const Left& left : left_out)
+    text += (text.empty() ? "pair " : ", or pair ") + std::to_string(left.pair) + " lies " +
+            rounded(left.deviation) + " " + limit.unit_name;
+  diagnostics.warn("outlying_pair", text + " from where the other " + std::to_string(used - 1) +
+                                        " pairs put it" +
+                                        (left_out.size() > 1 ? " (the points do not show which)" : "") +
+                                        "; measure it again or leave it out");
 }
 
 }  // namespace procam::surface

@@ -25,7 +25,7 @@ SolvedPairs solve_pairs(const Surface& surface, const Points2& content, const Po
 /// Warns of a pair without which the others fit better than chance allows. With SSE the weighted sum of
 /// squared residuals of all N pairs, SSE_k without pair k, and d = 2 (N - 1) - 8 degrees of freedom left: for
 /// Gaussian errors (SSE - SSE_k) / 2 over SSE_k / d is F-distributed with (2, d) degrees of freedom, whose
-/// tail is (SSE_k / SSE)^(d/2). Needs N >= 6.
+/// tail is (SSE_k / SSE)^(d/2). Needs N >= 6. Where the others fit alike without one or another, all of these are named.
 void warn_of_outlying_pair(const Surface& surface, const Points2& content, const Points2& destination,
                            const OutlierLimit& limit, Diagnostics& diagnostics);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "lighting.hpp"
+#include "plausible.hpp"
 #include "procam/core/base/closed_form.hpp"
 
 namespace procam::surface {
@@ -191,26 +192,6 @@ void judge_coverage(const SolveOptions& options, bool in_front, SolvedSurface& s
                          " % of it falls inside the projector's picture; the rest stays dark");
 }
 
-/// Nobody projects farther: such numbers are another unit. Lengths in metres.
-constexpr double kFarthest = 200;
-
-void judge_units(SolvedSurface& solved) {
-  double distance = 0;
-  if (const auto* plane = std::get_if<PlacedPlane>(&solved.placement)) {
-    const std::optional<Vec2> middle = in_plane(plane->plane_from_content, Vec2(0.5, 0.5));
-    if (middle) distance = (plane->projector_from_surface * Vec3(middle->x(), middle->y(), 0)).norm();
-  } else if (const auto* mesh = std::get_if<PlacedMesh>(&solved.placement); mesh && mesh->mesh) {
-    Vec3 sum = Vec3::Zero();
-    for (const Vec3& vertex : mesh->mesh->vertices) sum += vertex;
-    distance = (mesh->projector_from_surface * Vec3(sum / double(mesh->mesh->vertices.size()))).norm();
-  }
-  if (!(distance > kFarthest)) return;
-  solved.diagnostics.warn("implausible_units",
-                          "it is " + std::to_string(std::llround(distance)) +
-                              " m from the projector: its numbers, or those of the pose, seem to be in "
-                              "millimetres; write them in metres");
-}
-
 }  // namespace
 
 void look_at(const Projector& projector, const SolveOptions& options, SolvedSurface& solved) {
@@ -223,6 +204,8 @@ void look_at(const Projector& projector, const SolveOptions& options, SolvedSurf
       for (int i = 0; i <= 8 && !in_front; ++i)
         in_front = lighting_pixel(projector, placed, Vec2(i, j) / 8).has_value();
     judge_coverage(options, in_front, solved);
+    judge_size(solved);
+    judge_mirrored(projector, solved);
   };
   if (const auto* mesh = std::get_if<PlacedMesh>(&solved.placement)) {
     MeshLook seen = look_at_mesh(projector, *mesh, solved.surface.shape, true, solved.visibility);

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "log_header.hpp"
 #include "procam/core/base/detail/bounded_line.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
@@ -233,9 +234,10 @@ std::vector<StampedAngles> read_angle_log(const std::filesystem::path& path) {
         procam::internal::read_bounded_line(file, line, limits::kMessageBytes);
     if (file.bad()) throw angle_log_error(path, "give a log that can be read");
     if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (number == 1 && line != kAngleLogBegins)
-      throw Error(ErrorKind::kInput, path.string() + ", line 1", "it is no log of angles",
-                  std::string("its first line must be ") + kAngleLogBegins);
+    const std::string fault = number == 1 ? internal::log_header_fault(line, "procam-angle-log") : "";
+    if (!fault.empty())
+      throw Error(ErrorKind::kInput, path.string() + ", line 1", "it is no log of angles: " + fault,
+                  std::string("write the first line as ") + kAngleLogBegins);
     if (number > 1 && line.find_first_not_of(" \t") != line.npos) {
       StampedAngles angles;
       const char* why = read_angles(line, angles);

@@ -227,6 +227,25 @@ void list_markers(const Problem& problem, const std::vector<Sighting>& all, cons
   }
 }
 
+/// Residuals against their sigmas. A sheet or a map that is slightly off gives a few times; a wrong camera more.
+void judge_fit(const MarkerMap& map, LocateResult& result) {
+  constexpr double kSurprising = 2, kWrongCamera = 8;
+  const double factor = std::sqrt(result.chi2_per_dof);
+  const std::string misfit = "the edges miss the fit by " + fixed(factor, 1) + " times what the image" +
+                             (map.markers.size() > 1 ? " and the map's sigmas promise" : " promises");
+  if (factor > kWrongCamera)
+    result.diagnostics.fail(
+        "map_disagrees",
+        misfit +
+            ": the pose and its sigmas are not usable. The image is rotated, cropped or zoomed (digital zoom), or "
+            "the rig has another camera or lens; give an image as the rig's camera takes it, and that camera's rig. "
+            "Otherwise check the markers' sizes and the map, and flatten the sheets");
+  else if (factor > kSurprising)
+    result.diagnostics.warn("map_disagrees", misfit +
+                                                 ": a curled sheet, another lens, a size or place that is "
+                                                 "off; the stated sigmas are enlarged");
+}
+
 }  // namespace
 
 LocateResult locate(const MarkerDetections& detections, const Camera& camera, const MarkerMap& map,
@@ -267,13 +286,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
   result.jacobian_lens = sensitivity_to_lens(problem, best);
 
   list_markers(problem, all, agrees, best, result);
-  constexpr double kSurprising = 4;
-  if (result.chi2_per_dof > kSurprising)
-    result.diagnostics.warn(
-        "map_disagrees",
-        "the edges miss the fit by " + fixed(std::sqrt(result.chi2_per_dof), 1) + " times what the image" +
-            (map.markers.size() > 1 ? " and the map's sigmas promise" : " promises") +
-            ": a curled sheet, another lens, a size or place that is off; the stated sigmas are enlarged");
+  judge_fit(map, result);
   return result;
 }
 

@@ -13,6 +13,8 @@ namespace {
 constexpr double kIndependentSine = 0.1, kIndependentVolume = 0.05;
 /// Angles between normals may differ by so many sigmas in the two maps.
 constexpr double kAngleSigmas = 5;
+/// Smallest cosine of the angle between the normals in the equations of a plane pair.
+constexpr double kMinCosine = 1e-3;
 
 Vec3 normal(const MapElement& element) {
   return element.map_from_element.rotate(Vec3::UnitZ());
@@ -108,7 +110,10 @@ PairEquations pair_equations(const MapPairs& all, const ElementPair& pair, const
     // origin + eta_t.
     const Vec3 axis = a_from_b.rotate(Vec3::UnitZ()), origin = a_from_b.translation;
     Eigen::Matrix<double, 3, 6> by_eta = Eigen::Matrix<double, 3, 6>::Zero();
-    by_eta.topLeftCorner<2, 3>() = -hat(axis).topRows<2>();
+    // Across normals lose a direction here: their covariance would be singular. With the smallest cosine it is not, and
+    // the pair is far from agreeing.
+    const double cosine = std::copysign(std::max(std::abs(axis.z()), kMinCosine), axis.z());
+    by_eta.topLeftCorner<2, 3>() = -hat(Vec3(axis.x(), axis.y(), cosine)).topRows<2>();
     by_eta.bottomLeftCorner<1, 3>() = -hat(origin).bottomRows<1>();
     by_eta(2, 5) = 1;
     // The angle instead of its sine: a plane that is read from the other side does not agree.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "log_header.hpp"
 #include "procam/core/base/detail/bounded_line.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
@@ -67,9 +68,10 @@ std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
     throw Error(ErrorKind::kInput, path.string(), "it is empty", "give a log that was recorded");
   if (!line.empty() && line.back() == '\r') line.pop_back();
   const bool is_run = line.rfind(kRunBegins, 0) == 0;
-  if (line != kFirstLine && !is_run)
-    throw Error(ErrorKind::kInput, path.string() + ", line 1", "it is no pose log",
-                std::string("its first line must be ") + kFirstLine);
+  const std::string fault = is_run ? "" : internal::log_header_fault(line, "procam-pose-log");
+  if (!fault.empty())
+    throw Error(ErrorKind::kInput, path.string() + ", line 1", "it is no pose log: " + fault,
+                std::string("write the first line as ") + kFirstLine);
   std::vector<StampedPose> messages;
   while (whole) {
     whole = read_line();

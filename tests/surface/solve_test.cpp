@@ -147,6 +147,93 @@ TEST(SolveSurfaces, NamesTheUnitsOfASurfaceThatIsTooFarAway) {
   }
 }
 
+/// The points alone are in millimetres, their frame is not.
+TEST(SolveSurfaces, NamesTheUnitsOfASurfaceThatIsTooWide) {
+  PlanarSurface wall = planar(projector_from_sheet(), "projector", 4);
+  for (Vec2& point : wall.points) point *= 1000;
+  SurfaceSet set;
+  set.surfaces.push_back(named("wall", wall));
+  const SolvedSurfaceSet solved = solve_surfaces(set, lopsided());
+  const Diagnostic* units = solved.surfaces[0].diagnostics.find("implausible_units");
+  ASSERT_TRUE(units);
+  EXPECT_NE(units->message.find("its points seem to be in millimetres"), std::string::npos) << units->message;
+}
+
+/// Of all the ways to give four corners only those that mirror are warned of; a turned content is none of them.
+TEST(SolveSurfaces, WarnsOfAMirroredContent) {
+  const auto is_mirrored = [](const Surface& surface) {
+    SurfaceSet set;
+    set.surfaces.push_back(surface);
+    const SolvedSurface solved = solve_surfaces(set, lopsided()).surfaces[0];
+    EXPECT_FALSE(solved.diagnostics.failed());
+    return solved.diagnostics.find("mirrored") != nullptr;
+  };
+  PlanarSurface sheet = planar(projector_from_sheet(), "projector", 4);
+  PixelSurface pixel;
+  pixel.content = sheet.content;
+  pixel.pixels = {{311.5, 99.5}, {723.5, 119.5}, {290.5, 299.5}, {745.5, 344.5}};
+  EXPECT_FALSE(is_mirrored(named("sheet", sheet)));
+  EXPECT_FALSE(is_mirrored(named("pixel", pixel)));
+
+  PlanarSurface upwards = sheet, turned = sheet, from_behind = sheet;
+  for (Vec2& point : upwards.points) point.y() *= -1;
+  EXPECT_TRUE(is_mirrored(named("upwards", upwards)));
+  for (Vec2& uv : turned.content) uv = Vec2(1, 1) - uv;
+  EXPECT_FALSE(is_mirrored(named("turned", turned)));
+  // z out of the wall and y up: a reader in front sees it the right way round.
+  from_behind.points = upwards.points;
+  from_behind.frame_from_surface.rotation =
+      from_behind.frame_from_surface.rotation * Eigen::AngleAxisd(std::acos(-1.0), Vec3::UnitX());
+  EXPECT_FALSE(is_mirrored(named("from behind", from_behind)));
+
+  for (Vec2& uv : sheet.content) uv.x() = 1 - uv.x();
+  for (Vec2& uv : pixel.content) uv.x() = 1 - uv.x();
+  EXPECT_TRUE(is_mirrored(named("sheet", sheet)));
+  EXPECT_TRUE(is_mirrored(named("pixel", pixel)));
+
+  PixelSurface curved;
+  curved.shape = PixelShape::kGrid;
+  curved.columns = curved.rows = 2;
+  curved.pixels = {{311.5, 99.5}, {723.5, 119.5}, {290.5, 299.5}, {745.5, 344.5}};
+  EXPECT_FALSE(is_mirrored(named("curved", curved)));
+  std::swap(curved.pixels[0], curved.pixels[1]);
+  std::swap(curved.pixels[2], curved.pixels[3]);
+  EXPECT_TRUE(is_mirrored(named("curved", curved)));
+}
+
+/// Content in pixels instead of 0..1, and projector pixels as fractions: a dot.
+TEST(SolveSurfaces, FailsADotAndNamesTheUnits) {
+  const auto too_small = [](const Surface& surface) -> std::string {
+    SurfaceSet set;
+    set.surfaces.push_back(surface);
+    const SolvedSurfaceSet solved = solve_surfaces(set, lopsided());
+    const Diagnostic* found = solved.surfaces[0].diagnostics.find("too_small");
+    EXPECT_EQ(surface::diagnostics_of(solved).failed(), found != nullptr);
+    return found != nullptr ? found->message : "";
+  };
+  PlanarSurface sheet = planar(projector_from_sheet(), "projector", 4);
+  PixelSurface pixel;
+  pixel.content = sheet.content;
+  pixel.pixels = {{311.5, 99.5}, {723.5, 119.5}, {290.5, 299.5}, {745.5, 344.5}};
+  EXPECT_EQ(too_small(named("sheet", sheet)), "");
+  EXPECT_EQ(too_small(named("pixel", pixel)), "");
+
+  PlanarSurface in_pixels = sheet;
+  for (Vec2& uv : in_pixels.content) uv = uv.cwiseProduct(Vec2(1920, 1080));
+  EXPECT_NE(too_small(named("sheet", in_pixels)).find("content points reach 1920"), std::string::npos);
+  // Of a small content on a large wall more than a dot remains.
+  for (Vec2& uv : in_pixels.content) uv = uv.cwiseProduct(Vec2(32 / 1920.0, 24 / 1080.0));
+  EXPECT_EQ(too_small(named("sheet", in_pixels)), "");
+  SurfaceSet set;
+  set.surfaces.push_back(named("sheet", in_pixels));
+  EXPECT_TRUE(solve_surfaces(set, lopsided()).surfaces[0].diagnostics.find("implausible_units"));
+
+  for (Vec2& p : pixel.pixels) p = p.cwiseQuotient(Vec2(1024, 768));
+  EXPECT_NE(too_small(named("pixel", pixel)).find("divided by the frame's size"), std::string::npos);
+  for (Vec2& point : sheet.points) point *= 1e-3;
+  EXPECT_NE(too_small(named("sheet", sheet)).find("at_m in metres"), std::string::npos);
+}
+
 TEST(SolveSurfaces, FailsTheGateOfASurfaceThatNoLightCanReachAndSolvesTheOthers) {
   Pose behind = projector_from_sheet();
   behind.translation *= -1;
@@ -215,6 +302,35 @@ TEST(SolveSurfaces, NamesThePairThatIsOutOfLine) {
   ASSERT_TRUE(found);
   EXPECT_EQ(found->message.find("pair 4 lies 1"), 0u) << found->message;  // some 13 mm
   EXPECT_GT(solved.surfaces[0].rms, 1e-3);
+}
+
+/// Of three pairs in a line any one explains a shift along it. All three are named, the culprit among them.
+TEST(SolveSurfaces, NamesAllPairsThatMayBeOutOfLine) {
+  PlanarSurface measured;
+  measured.frame = "projector";
+  measured.frame_from_surface = projector_from_sheet();
+  for (const double v : {0.0, 1.0})
+    for (const double u : {0.0, 0.4, 1.0}) {
+      measured.content.push_back(Vec2(u, v));
+      measured.points.push_back(Vec2(0.31 * u - 0.1, 0.22 * v - 0.09));
+    }
+  const auto remark = [&](std::size_t pair, const Vec2& by) -> std::string {
+    PlanarSurface moved = measured;
+    moved.points[pair] += by;
+    SurfaceSet set;
+    set.surfaces.push_back(named("wall", moved));
+    const SolvedSurface solved = solve_surfaces(set, lopsided()).surfaces[0];
+    const Diagnostic* found = solved.diagnostics.find("outlying_pair");
+    return found != nullptr ? found->message : "";
+  };
+  EXPECT_EQ(remark(4, {0.007, -0.02}).find("pair 4 lies 21.2 mm from where"), 0u)
+      << remark(4, {0.007, -0.02});
+  const std::string along = remark(4, {0.02, 0});
+  for (const char* part :
+       {"pair 3 lies ", "pair 4 lies 20 mm", "pair 5 lies ", "(the points do not show which)"})
+    EXPECT_NE(along.find(part), std::string::npos) << along;
+  EXPECT_EQ(along.find("pair 1"), std::string::npos) << along;
+  EXPECT_EQ(remark(4, {0, 0}), "");
 }
 
 // At 1e-3 a surface (Bonferroni's bound, so at most that), 1000 surfaces give more than 6 alarms with a

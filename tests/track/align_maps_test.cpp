@@ -143,6 +143,34 @@ TEST(AlignMaps, PlanesWithoutCommonNamesAreMatchedByWhereTheyAre) {
   }
 }
 
+/// Planes across each other are tried too, and do not agree.
+TEST(AlignMaps, RoomsWithExactRightAnglesAreMatchedByGeometry) {
+  std::vector<MapElement> room;
+  const auto add = [&](const char* name, const Pose& pose) {
+    room.push_back({name, Kind::kPlane, pose, diagonal(0.005, 0.005)});
+  };
+  add("floor", {Mat3(Vec3(1, -1, -1).asDiagonal()), Vec3(0.3, 0.1, 0)});
+  add("east", {(Mat3() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished(), Vec3(3, 0.4, 1.5)});
+  add("north", {(Mat3() << 1, 0, 0, 0, 0, 1, 0, -1, 0).finished(), Vec3(0.2, 4, 1.4)});
+  add("west", {(Mat3() << 0, 0, -1, 1, 0, 0, 0, -1, 0).finished(), Vec3(-2, 0.5, 1.6)});
+  // Without these a rotation by 180 degrees exchanges floor and north, east and west.
+  add("cupboard", {(Mat3() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished(), Vec3(2.2, 1, 1)});
+  add("shelf", {(Mat3() << 1, 0, 0, 0, 0, 1, 0, -1, 0).finished(), Vec3(0.9, 3.5, 1.1)});
+  AlignMapsOptions options;
+  options.planes_by_geometry = true;
+  for (const Pose& truth : {Pose::identity(), Pose(so3_exp(Vec3(0.1, -0.2, 0.7)), Vec3(1, 2, 0.1))}) {
+    std::vector<MapElement> b = room;
+    for (MapElement& element : b) element.map_from_element = truth.inverse() * element.map_from_element;
+    const AlignMapsResult result = align_maps(room, b, options);
+    EXPECT_LT(se3_log(result.map_a_from_map_b.pose * truth.inverse()).norm(), 1e-6);
+    ASSERT_EQ(result.pairs.size(), room.size());
+    for (const AlignedPair& pair : result.pairs) {
+      EXPECT_TRUE(pair.used);
+      EXPECT_EQ(pair.name_in_a, pair.name_in_b);
+    }
+  }
+}
+
 /// Two parallel walls and a floor: nothing says how far along them the other map begins.
 TEST(AlignMaps, ASymmetricCorridorIsRefusedWithItsCause) {
   std::vector<MapElement> corridor{{"floor", Kind::kPlane, plane_at({2, 0.1, 0}, {0, 0, -1})},

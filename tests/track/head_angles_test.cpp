@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "procam/core/base/error.hpp"
+#include "support/expect_error.hpp"
 
 namespace procam::track {
 namespace {
@@ -81,7 +82,11 @@ TEST(HeadAngles, AreReadBackFromTheirLogAndAsASource) {
   EXPECT_LT((there[0].frame_from_child.matrix() - (world * poses[0].frame_from_child).matrix()).norm(),
             1e-12);
   std::ofstream(file) << "{\"format\":\"procam-pose-log\",\"version\":1}\n";
-  EXPECT_THROW(read_angle_log(file), Error);
+  EXPECT_ERROR(read_angle_log(file), kInput, "its format is \"procam-pose-log\", not \"procam-angle-log\"");
+  std::ofstream(file) << "{\"version\": 1, \"format\": \"procam-angle-log\"}\n"
+                         "{\"stamp\": 2.5, \"pan_deg\": 12.5, \"tilt_deg\": -3.0}\n";
+  ASSERT_EQ(read_angle_log(file).size(), 1u);
+  EXPECT_NEAR(read_angle_log(file)[0].pan, 12.5 * kDegree, 1e-12);
   std::filesystem::remove(file);
   EXPECT_THROW(open_head_source("osc:9000", kHead), Error);
 }

@@ -209,6 +209,34 @@ Rig uncertain_rig() {
   return rig;
 }
 
+/// The same pixels through intrinsics that are not theirs: an image rotated by 180 degrees, and a digital zoom.
+TEST(Locate, ImagesOfAnotherCameraFailTheCheck) {
+  const Camera camera = wall_camera();
+  const MarkerMap map = room_map();
+  const MarkerDetections seen = sightings(camera, looking_at_room(), map, 0.03, 4);
+  EXPECT_EQ(locate(seen, camera, map).diagnostics.find("map_disagrees"), nullptr);
+  // A camera of which the image is the rotated, or the zoomed one of `camera`.
+  Camera rotated = camera, zoomed = camera;
+  rotated.intrinsics.cx = camera.size.width - 1 - camera.intrinsics.cx;
+  rotated.intrinsics.cy = camera.size.height - 1 - camera.intrinsics.cy;
+  zoomed.intrinsics.fx *= 0.9;
+  zoomed.intrinsics.fy *= 0.9;
+  for (const Camera& other : {rotated, zoomed}) {
+    const LocateResult result = locate(seen, other, map);
+    const Diagnostic* found = result.diagnostics.find("map_disagrees");
+    ASSERT_TRUE(found) << result.chi2_per_dof;
+    EXPECT_TRUE(result.diagnostics.failed()) << found->message;
+    EXPECT_NE(found->message.find("rotated, cropped or zoomed"), std::string::npos);
+    EXPECT_GT(distance(result.camera_from_world, looking_at_room()), 0.01);
+  }
+  // Slightly off remains a warning.
+  Camera shifted = camera;
+  shifted.intrinsics.cx -= 9;
+  const LocateResult slightly = locate(seen, shifted, map);
+  EXPECT_TRUE(slightly.diagnostics.find("map_disagrees")) << slightly.chi2_per_dof;
+  EXPECT_FALSE(slightly.diagnostics.failed()) << slightly.chi2_per_dof;
+}
+
 TEST(ProjectorChain, CovarianceIsThatOfMovingEveryParameterOfTheRig) {
   const Rig rig = uncertain_rig();
   const MarkerMap map = room_map();

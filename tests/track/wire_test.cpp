@@ -494,6 +494,37 @@ TEST(PoseLog, IsReadBackAndReplayed) {
   std::filesystem::remove(path);
 }
 
+/// As json.dumps of Python writes it, and as other programs order it.
+TEST(PoseLog, HeadersOfOtherProgramsAreRead) {
+  const auto path = std::filesystem::path(testing::TempDir()) / "procam_pose_log_header_test.log";
+  const auto write = [&](const char* header) {
+    std::ofstream(path) << header << "\n{\"arrival\": 9, " << to_json_line(full_message()).substr(1);
+  };
+  for (const char* header : {"{\"format\": \"procam-pose-log\", \"version\": 1}",
+                             "{\"version\":1,\"format\":\"procam-pose-log\"}\r",
+                             "  { \"note\": [1], \"version\": 1.0, \"format\" : \"procam-pose-log\" } "}) {
+    write(header);
+    ASSERT_EQ(read_pose_log(path).size(), 1u) << header;
+    expect_same(read_pose_log(path)[0], full_message());
+  }
+  const std::pair<const char*, const char*> refused[] = {
+      {"{\"format\": \"procam-pose-log\", \"version\": 2}", "its version is not 1"},
+      {"{\"format\": \"procam-pose-log\", \"version\": \"1\"}", "its version is not 1"},
+      {"{\"format\": \"procam-pose-log\"}", "has no \"version\""},
+      {"{\"format\": \"procam-angle-log\", \"version\": 1}",
+       "its format is \"procam-angle-log\", not \"procam-pose-log\""},
+      {"{\"version\": 1}", "has no \"format\""},
+      {"[1]", "not a JSON object"},
+      {"{\"format\": \"procam-pose-log\", \"version\": 1", "not a JSON object"}};
+  for (const auto& [header, why] : refused) {
+    write(header);
+    EXPECT_ERROR(read_pose_log(path), kInput, why);
+  }
+  write(("{\"format\":\"procam-pose-log\",\"version\":1,\"deep\":" + std::string(6000, '[') + "}").c_str());
+  EXPECT_ERROR(read_pose_log(path), kInput, "not a JSON object");
+  std::filesystem::remove(path);
+}
+
 // It is not read to its end: memory stays bounded.
 TEST(PoseLog, AnEndlessLineIsAnError) {
   const auto path = std::filesystem::path(testing::TempDir()) / "procam_endless_pose_log_test.log";

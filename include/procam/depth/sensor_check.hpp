@@ -33,6 +33,10 @@ struct SensorCheck {
 PROCAM_EXPORT SensorCheck check_sensor(const Planes& planes, const DepthImage& image, const RayTable& rays,
                                        const SensorKind& sensor);
 
+/// Warning "principal_point": it lies outside the central half of the image, so that the intrinsics are those of another
+/// stream (the colour camera's) or of another resolution.
+PROCAM_EXPORT Diagnostics check_intrinsics(const Camera& depth_camera);
+
 /// Warnings for surfaces that are less flat than is usual: surface_uneven, surface_noisy.
 PROCAM_EXPORT Diagnostics flatness(const Planes& planes, const RoomSurfaces& room);
 

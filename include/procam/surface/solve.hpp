@@ -39,8 +39,9 @@ struct SolveOptions {
 /// points and points on both sides of the horizon.
 ///
 /// Diagnostics, a surface each (`SolvedSurface::diagnostics`): failures "behind_projector" and "edge_on", no
-/// light can land; warnings "outside_picture", "partly_outside", "seen_from_behind", "grazing",
-/// "outlying_pair", "implausible_units" (farther than 200 m).
+/// light can land, and "too_small", all of it within 4 projector pixels; warnings "outside_picture", "partly_outside",
+/// "seen_from_behind", "mirrored", "grazing", "outlying_pair", "implausible_units" (farther than 200 m, wider than 100 m,
+/// content coordinates in pixels).
 PROCAM_EXPORT SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& projector,
                                               const std::optional<Pose>& projector_from_world = std::nullopt,
                                               const SolveOptions& options = {});

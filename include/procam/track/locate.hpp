@@ -63,7 +63,8 @@ struct LocateResult {
 };
 
 /// Remarks: "marker_left_out" names a moved marker, "second_pose" gives odds above 1/1000, "map_disagrees"
-/// says that the residuals are above what image and map promise, "marker_coarse" that neither edges nor
+/// says that the residuals are above twice what image and map promise; above eight times it is a failure: a
+/// rotated, cropped or zoomed image, or another rig. "marker_coarse" says that neither edges nor
 /// pixels of a marker could be fitted and the detector's corners are used.
 ///
 /// Throws Error kNotEnoughData when no marker of the map is seen, kDegenerate when the markers contradict

@@ -4,6 +4,8 @@
 ///
 ///   {"format":"procam-pose-log","version":1}
 ///   {"arrival":812.25,"stamp":1700000000.1,"frame":"map","child":"base","position":[..],"quaternion":[..]}
+///
+/// Spacing and the order of keys are free.
 #include <filesystem>
 #include <fstream>
 #include <string>

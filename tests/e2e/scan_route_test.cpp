@@ -377,6 +377,9 @@ TEST_F(ScanRoute, StationsOfAMovedRigBecomeOneScan) {
                 found["stations"][1]["translation"][std::size_t(c)].get<double>(), 1e-9);
   expect_error(scan_all(" --station-pose " + at("poses_1.json") + " --pose-sigma 1mm,0.05deg"), 3,
                "1 files are given for 2 stations");
+  expect_error(scan_all(" --station-pose " + at("poses_2.json") + " --station-pose " + at("poses_1.json") +
+                        " --pose-sigma 10mm,0.5deg"),
+               3, "are exchanged");
 }
 
 }  // namespace

@@ -51,6 +51,10 @@ void bind_measure(py::module_& m) {
       .field("counts", &scan::Scan::counts, "")
       .field("consistency", &scan::Scan::consistency, "1 when rig and light agree")
       .field("consistency_px", &scan::Scan::consistency_px, "RMS of the disagreement, projector pixels")
+      .field("consistency_px_of_rig", &scan::Scan::consistency_px_of_rig,
+             "the part of it that the rig's covariance predicts")
+      .field("misfit_sigma", &scan::Scan::misfit_sigma,
+             "float32 (h, w): of the depth, by the unexplained part of it, metres; empty: none")
       .field("diagnostics", &scan::Scan::diagnostics, "");
   scan.type
       .def(
@@ -65,9 +69,10 @@ void bind_measure(py::module_& m) {
           [](const scan::Scan& self, int x, int y) {
             require_pixel(self.sigma.size(), x, y, "Scan.total_sigma");
             require_pixel(self.rig_sigma.size(), x, y, "Scan.total_sigma");
+            if (!self.misfit_sigma.empty()) require_pixel(self.misfit_sigma.size(), x, y, "Scan.total_sigma");
             return self.total_sigma(x, y);
           },
-          "Of both parts, metres.", py::arg("x"), py::arg("y"));
+          "Of all parts, metres.", py::arg("x"), py::arg("y"));
 
   function(m, "pixel_rays", &scan::pixel_rays,
            "float32 (h, w, 2): each camera pixel's (a, b) with the ray (a, b, 1).", py::arg("camera"),

@@ -10,20 +10,22 @@ namespace procam::report {
 namespace {
 
 struct ScanSigmas {
-  double noise = 0, rig = 0, total = 0, depth = 0;  ///< medians over the measured pixels
+  double noise = 0, rig = 0, misfit = 0, total = 0, depth = 0;  ///< medians over the measured pixels
 };
 
 ScanSigmas median_sigmas(const scan::Scan& scan) {
-  std::vector<double> noise, rig, total, depth;
+  std::vector<double> noise, rig, misfit, total, depth;
   for (int y = 0; y < scan.depth.height(); ++y)
     for (int x = 0; x < scan.depth.width(); ++x) {
       if (!scan.measured(x, y)) continue;
       noise.push_back(scan.sigma.at(x, y));
       rig.push_back(scan.rig_sigma.at(x, y));
+      misfit.push_back(scan.misfit_sigma.empty() ? 0 : scan.misfit_sigma.at(x, y));
       total.push_back(scan.total_sigma(x, y));
       depth.push_back(scan.depth.at(x, y));
     }
-  return {median_or(noise, 0.0), median_or(rig, 0.0), median_or(total, 0.0), median_or(depth, 0.0)};
+  return {median_or(noise, 0.0), median_or(rig, 0.0), median_or(misfit, 0.0), median_or(total, 0.0),
+          median_or(depth, 0.0)};
 }
 
 }  // namespace
@@ -64,8 +66,10 @@ static void fields(Fields& f, const ScannedSurface& surface) {
   f.field("median_sigma", sigmas.total);
   f.field("median_sigma_of_noise", sigmas.noise);
   f.field("median_sigma_of_rig", sigmas.rig);
+  f.field("median_sigma_of_misfit", sigmas.misfit);
   f.field("consistency", surface.scan.consistency);
   f.field("consistency_px", surface.scan.consistency_px);
+  f.field("consistency_px_of_rig", surface.scan.consistency_px_of_rig);
   f.field("vertices", int(surface.mesh.vertices.size()));
   f.field("triangles", int(surface.mesh.triangles.size()));
   f.optional("true_error", surface.error);
@@ -157,6 +161,8 @@ std::vector<std::string> lines(const std::vector<ScannedSurface>& surfaces) {
         "light's noise, %.2g mm by the rig",
         surface.name.c_str(), counts.measured, sigmas.depth, counts.lit, 1e3 * sigmas.total,
         1e3 * sigmas.noise, 1e3 * sigmas.rig));
+    if (sigmas.misfit > 0)
+      out.back() += format(", %.2g mm because rig and light disagree", 1e3 * sigmas.misfit);
     out.push_back(format(
         "           columns and rows agree to %.2g projector pixels (RMS); rejected: %d inconsistent, %d out "
         "of range, %d isolated",
@@ -164,10 +170,10 @@ std::vector<std::string> lines(const std::vector<ScannedSurface>& surfaces) {
     out.push_back(format("           mesh of %zu triangles", surface.mesh.triangles.size()));
     if (surface.error)
       out.push_back(format(
-          "           true error %.2g mm RMS along the normal (%.2g mm expected), %.1f %% inside three sigma, "
+          "           true error %.2g mm RMS along the normal (%.2g mm expected), %.2g mm median, %.1f %% inside three sigma, "
           "%.2f %% outliers",
-          1e3 * surface.error->rms, 1e3 * surface.error->expected_rms, 100 * surface.error->inside_3_sigma,
-          100 * surface.error->outliers));
+          1e3 * surface.error->rms, 1e3 * surface.error->expected_rms, 1e3 * surface.error->median,
+          100 * surface.error->inside_3_sigma, 100 * surface.error->outliers));
     if (surface.viewer && surface.viewer->points > 0)
       out.push_back(format(
           "           content for the viewer is off by the rig's error, 95 %% of the points: %.2g mrad expected, %.2g mrad in "

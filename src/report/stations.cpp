@@ -131,9 +131,9 @@ std::vector<std::string> lines(const StationsReport& report) {
   }
   if (report.true_error)
     out.push_back(format(
-        "           true error of the merged points %.2g mm RMS along the normal (%.2g mm expected), %.1f %% inside "
-        "three sigma, %.2f %% outliers",
-        1e3 * report.true_error->rms, 1e3 * report.true_error->expected_rms,
+        "           true error of the merged points %.2g mm RMS along the normal (%.2g mm expected), %.2g mm median, %.1f %% "
+        "inside three sigma, %.2f %% outliers",
+        1e3 * report.true_error->rms, 1e3 * report.true_error->expected_rms, 1e3 * report.true_error->median,
         100 * report.true_error->inside_3_sigma, 100 * report.true_error->outliers));
   return out;
 }

@@ -182,4 +182,14 @@ std::vector<Alignment> find_alignments(const StationView& first, const StationVi
   return distinct(fine, middle, kOtherPosition, kOtherAngle, fine.size());
 }
 
+double alignment_near(const StationView& first, const StationView& second, const Pose& second_from_first,
+                      double max_distance, double max_angle) {
+  const std::vector<StationView::Sample> samples = first.samples(kRefineSamples);
+  if (samples.empty()) return -1;
+  const Alignment found = refined_alignment(samples, second, {second_from_first, 0});
+  const bool is_far =
+      differ(found.second_from_first, second_from_first, middle_of(samples), max_distance, max_angle);
+  return is_far ? -1 : found.score;
+}
+
 }  // namespace procam::scan

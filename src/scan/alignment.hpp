@@ -28,4 +28,8 @@ struct Alignment {
 std::vector<Alignment> find_alignments(const StationView& first, const StationView& second,
                                        const RegistrationOptions& options);
 
+/// The score of the alignment that point-to-plane ICP finds from a start; -1 where it is farther from there than metres and radians.
+double alignment_near(const StationView& first, const StationView& second, const Pose& second_from_first,
+                      double max_distance, double max_angle);
+
 }  // namespace procam::scan

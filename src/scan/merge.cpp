@@ -16,7 +16,7 @@ constexpr double kMinAgreement = 0.5;    // cosine between two normals of one su
 constexpr double kSeenThroughBy = 0.02;  // metres
 constexpr double kBand = 1.03;           // of the quality: parts of two stations overlap by some pixels
 constexpr int kMinKept = 200;            // pixels: fewer make no mesh
-constexpr double kMaxContradictions = 0.01;
+constexpr double kMaxContradictions = 0.01, kFailContradictions = 0.2;  // of the points
 
 /// A scan in the world, without the rig's estimated error.
 Scan placed(const Scan& scan, const Pose& world_from_rig, const VecX& rig_error, int threads) {
@@ -348,11 +348,13 @@ MergedStations merge_stations(const std::vector<Station>& stations, const Regist
   out.gap_expected = std::sqrt(all.expected_squares / double(std::max(all.gaps, 1L)));
   out.contradictions = int(all.contradicted);
   if (double(all.contradicted) > kMaxContradictions * double(all.pixels))
-    out.diagnostics.warn(
-        "contradictions",
-        percent(double(all.contradicted) / double(all.pixels), 1) +
-            " of the points are seen through from another station: something stood elsewhere, or a "
-            "pose is wrong");
+    out.diagnostics.items.push_back(
+        {double(all.contradicted) > kFailContradictions * double(all.pixels) ? Severity::kFailure
+                                                                             : Severity::kWarning,
+         "contradictions",
+         percent(double(all.contradicted) / double(all.pixels), 1) +
+             " of the points are seen through from another station: something stood elsewhere, or a "
+             "pose is wrong"});
   mesh_all(options.mesh, out);
   return out;
 }

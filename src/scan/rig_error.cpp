@@ -112,7 +112,8 @@ class RigError {
   bool empty() const { return changed_.empty(); }
   const MatX& root() const { return root_; }
 
-  /// Of the point (3 rows, in the rig's frame) and of the depth by each element of c; empty where a device does not see the point
+  /// Of the point (3 rows, in the rig's frame), of the depth, and of the part of column and row that no depth explains (2 rows,
+  /// projector pixels) by each element of c; empty where a device does not see the point
   /// under some change.
   MatX modes(const Vec2& pixel, double z, const Vec2& light_sigma) const {
     const double dz = 1e-4 * z;
@@ -123,7 +124,7 @@ class RigError {
     const Vec2 by_depth = (*farther - *nearer) / (2 * dz);
     const double information = weight.dot(by_depth.cwiseAbs2());
     if (!(information > 0)) return {};
-    MatX gradient = MatX::Zero(4, root_.rows());
+    MatX gradient = MatX::Zero(6, root_.rows());
     for (const Changed& changed : changed_) {
       const std::optional<Vec2> up = changed.up.project(pixel, z), down = changed.down.project(pixel, z);
       if (!up || !down) return {};
@@ -132,7 +133,8 @@ class RigError {
       const std::optional<Vec3> high = changed.up.point(pixel, z + depth * changed.step),
                                 low = changed.down.point(pixel, z - depth * changed.step);
       if (!high || !low) return {};
-      gradient.col(changed.row) << (*high - *low) / (2 * changed.step), depth;
+      gradient.col(changed.row) << (*high - *low) / (2 * changed.step), depth,
+          by_parameter + by_depth * depth;
     }
     return gradient * root_;
   }
@@ -170,20 +172,32 @@ void set_nodes(const LightMap& light, const RigError& error, int threads, Scan& 
   modes.columns = cell_columns(scan.depth.width());
   modes.rows = cell_rows(scan.depth.height());
   modes.nodes.assign(std::size_t(modes.columns) * std::size_t(modes.rows) * stride, 0.0f);
+  // Squares of the inconsistency by each cell; negative: none.
+  std::vector<double> left(std::size_t(modes.columns) * std::size_t(modes.rows), -1.0);
   parallel_each(modes.rows, threads, [&](int row) {
     for (int column = 0; column < modes.columns; ++column) {
       const Eigen::Vector2i at = pixel_of_cell(scan.depth, column, row);
       if (at.x() < 0) continue;
       const double z = double(scan.depth.at(at.x(), at.y()));
       const Vec2 sigma(light.sigma.at(at.x(), at.y(), 0), light.sigma.at(at.x(), at.y(), 1));
-      const MatX of_point = error.modes(at.cast<double>(), z, sigma);
-      if (of_point.size() == 0) continue;
-      float* node =
-          &modes.nodes[(std::size_t(row) * std::size_t(modes.columns) + std::size_t(column)) * stride];
+      const MatX of_pixel = error.modes(at.cast<double>(), z, sigma);
+      if (of_pixel.size() == 0) continue;
+      const MatX of_point = of_pixel.topRows<4>();
+      const std::size_t cell = std::size_t(row) * std::size_t(modes.columns) + std::size_t(column);
+      left[cell] = of_pixel.bottomRows<2>().squaredNorm();
+      float* node = &modes.nodes[cell * stride];
       node[0] = float(z);
       for (Eigen::Index i = 0; i < of_point.size(); ++i) node[1 + i] = float(of_point.data()[i]);
     }
   });
+  double squares = 0;
+  int cells = 0;
+  for (const double of_cell : left)
+    if (of_cell >= 0) {
+      squares += of_cell;
+      ++cells;
+    }
+  scan.consistency_px_of_rig = std::sqrt(squares / std::max(cells, 1));
 }
 
 }  // namespace

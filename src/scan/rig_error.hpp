@@ -8,7 +8,7 @@
 
 namespace procam::scan {
 
-/// Sets `rig_sigma`, sqrt(g C g^T) for every measured pixel, and `rig_modes`: worked out for one pixel in each cell of 16 x 16,
+/// Sets `rig_sigma`, sqrt(g C g^T) for every measured pixel, `consistency_px_of_rig` and `rig_modes`: worked out for one pixel in each cell of 16 x 16,
 /// and carried to the others by the depths' squares.
 void set_rig_error(const LightMap& light, const Rig& rig, const RigProjector& projector, int threads,
                    Scan& scan);

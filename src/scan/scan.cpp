@@ -7,116 +7,18 @@
 #include <limits>
 #include <vector>
 
+#include "consistency.hpp"
 #include "procam/core/base/parallel.hpp"
-#include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "rig_error.hpp"
 
 namespace procam::scan {
 namespace {
 
-constexpr double kMedianOfNoise = 0.67448975;  // of |N(0, 1)|
-
-/// Projector pixels without their lens: normalised coordinates by linear interpolation on a grid of four pixels, right to
-/// a thousandth of a pixel for usual lenses.
-class UndistortedPixels {
- public:
-  UndistortedPixels(const Camera& projector, int threads)
-      : columns_(projector.size.width / kStep + 3),
-        rows_(projector.size.height / kStep + 3),
-        nodes_(columns_, rows_, 2) {
-    parallel_each(rows_, threads, [&](int row) {
-      for (int column = 0; column < columns_; ++column) {
-        const std::optional<Vec3> bearing =
-            projector.unproject(Vec2((column - 1) * kStep, (row - 1) * kStep));
-        const bool ahead = bearing && bearing->z() > 1e-6;
-        for (int c = 0; c < 2; ++c)
-          nodes_.at(column, row, c) = ahead ? (*bearing)[c] / bearing->z() : std::nan("");
-      }
-    });
-  }
-
-  struct Position {
-    double x, y;    ///< normalised; NaN where the lens has no inverse
-    double dx, dy;  ///< by a pixel in its own direction
-  };
-  Position at(double u, double v) const {
-    const double column = std::clamp(u / kStep + 1, 0.0, columns_ - 1.001),
-                 row = std::clamp(v / kStep + 1, 0.0, rows_ - 1.001);
-    const int i = int(column), j = int(row);
-    const double s = column - i, t = row - j;
-    const double *a = &nodes_.at(i, j), *b = &nodes_.at(i, j + 1);
-    const double top_x = a[0] + s * (a[2] - a[0]), low_x = b[0] + s * (b[2] - b[0]);
-    const double top_y = a[1] + s * (a[3] - a[1]), low_y = b[1] + s * (b[3] - b[1]);
-    return {top_x + t * (low_x - top_x), top_y + t * (low_y - top_y), (a[2] - a[0]) / kStep,
-            (b[1] - a[1]) / kStep};
-  }
-
- private:
-  static constexpr int kStep = 4;
-  int columns_, rows_;
-  Image<double> nodes_;
-};
-
-/// What column and row say together about a pixel's depth.
-struct Depth {
-  double z = 0, sigma = 0;  ///< z 0: none, behind a device, or not finite
-  double left = 0;          ///< of the two equations, in standard deviations
-  double left_px = 0;       ///< the same in projector pixels
-};
-
-class DepthSolver {
- public:
-  DepthSolver(const Pose& projector_from_camera, const UndistortedPixels& pixels)
-      : rotation_(projector_from_camera.rotation.toRotationMatrix()),
-        translation_(projector_from_camera.translation),
-        pixels_(pixels) {}
-
-  Depth solve(double a, double b, double u, double v, double sigma_u, double sigma_v) const {
-    if (!std::isfinite(u + v + sigma_u + sigma_v)) return {};
-    const UndistortedPixels::Position m = pixels_.at(u, v);
-    const double sx = std::abs(m.dx) * sigma_u, sy = std::abs(m.dy) * sigma_v;
-    const double rx = rotation_(0, 0) * a + rotation_(0, 1) * b + rotation_(0, 2);
-    const double ry = rotation_(1, 0) * a + rotation_(1, 1) * b + rotation_(1, 2);
-    const double rz = rotation_(2, 0) * a + rotation_(2, 1) * b + rotation_(2, 2);
-    // The coordinate that says more gives the start; one step of least squares is then exact to second order.
-    const double more_x = std::abs(rx - m.x * rz) * sy, more_y = std::abs(ry - m.y * rz) * sx;
-    const double start = more_x >= more_y ? (translation_.x() - m.x * translation_.z()) / (m.x * rz - rx)
-                                          : (translation_.y() - m.y * translation_.z()) / (m.y * rz - ry);
-    const double ahead = start * rz + translation_.z();
-    if (!(start > 0 && ahead > 0 && start < 1e6)) return {};
-    const double x = (start * rx + translation_.x()) / ahead, y = (start * ry + translation_.y()) / ahead;
-    const double jx = (rx - x * rz) / ahead, jy = (ry - y * rz) / ahead, ex = m.x - x, ey = m.y - y;
-    const double wx = 1 / (sx * sx), wy = 1 / (sy * sy);
-    const double information = jx * jx * wx + jy * jy * wy;
-    const double step = (jx * ex * wx + jy * ey * wy) / information;
-    const double lx = ex - jx * step, ly = ey - jy * step;
-    Depth depth;
-    depth.z = start + step;
-    depth.sigma = 1 / std::sqrt(information);
-    depth.left = std::sqrt(lx * lx * wx + ly * ly * wy);
-    depth.left_px = std::hypot(lx / m.dx, ly / m.dy);
-    if (!(depth.z > 0 && std::isfinite(depth.sigma) && std::isfinite(depth.left) &&
-          std::isfinite(depth.left_px)))
-      return {};
-    return depth;
-  }
-
- private:
-  Mat3 rotation_;
-  Vec3 translation_;
-  const UndistortedPixels& pixels_;
-};
-
-/// Depths, and what is left of each pixel's equations; -1 where there is no light.
-struct RawDepths {
-  ImageF left, left_px;
-};
-
 RawDepths solve_all(const LightMap& light, const DepthSolver& solver, const ImageF& rays, int threads,
                     Scan& scan) {
   const ImageSize size = light.camera_size();
-  RawDepths raw{ImageF(size, 1, -1.0f), ImageF(size)};
+  RawDepths raw{ImageF(size, 1, -1.0f), ImageF(size), ImageF(size)};
   parallel_each(size.height, threads, [&](int y) {
     for (int x = 0; x < size.width; ++x) {
       if (!light.decoded(x, y)) continue;
@@ -128,29 +30,10 @@ RawDepths solve_all(const LightMap& light, const DepthSolver& solver, const Imag
       scan.sigma.at(x, y) = float(depth.sigma);
       raw.left.at(x, y) = float(depth.left);
       raw.left_px.at(x, y) = float(depth.left_px);
+      raw.by_px.at(x, y) = float(depth.by_px);
     }
   });
   return raw;
-}
-
-void measure_consistency(const RawDepths& raw, Scan& scan) {
-  std::vector<float> left;
-  double squares = 0;
-  for (int y = 0; y < scan.depth.height(); ++y)
-    for (int x = 0; x < scan.depth.width(); ++x)
-      if (scan.depth.at(x, y) > 0) left.push_back(raw.left.at(x, y));
-  if (left.empty()) return;
-  const double median = quantile(left, 0.5);
-  scan.consistency = median / kMedianOfNoise;
-  // Over those that are not far off, so that wrongly decoded pixels do not hide the rig.
-  std::size_t counted = 0;
-  for (int y = 0; y < scan.depth.height(); ++y)
-    for (int x = 0; x < scan.depth.width(); ++x)
-      if (scan.depth.at(x, y) > 0 && raw.left.at(x, y) <= 4 * median) {
-        squares += double(raw.left_px.at(x, y)) * double(raw.left_px.at(x, y));
-        ++counted;
-      }
-  scan.consistency_px = std::sqrt(squares / double(std::max<std::size_t>(counted, 1)));
 }
 
 void reject(const RawDepths& raw, const ScanOptions& options, Scan& scan) {
@@ -211,7 +94,8 @@ void finish(Scan& scan) {
     }
 }
 
-[[noreturn]] void refuse_empty(const Scan& scan) {
+/// `change` of the camera's images makes the light fit; empty: none.
+[[noreturn]] void refuse_empty(const Scan& scan, const std::string& change) {
   const ScanCounts& counts = scan.counts;
   if (counts.lit == 0)
     throw Error(ErrorKind::kNotEnoughData, "scan", "no camera pixel has decoded light of columns and rows",
@@ -222,9 +106,11 @@ void finish(Scan& scan) {
       format(
           "none of the %d lit pixels has a depth: columns and rows of %d do not meet the camera's ray, %d lie "
           "outside of the range or behind a device, %d are isolated",
-          counts.lit, counts.inconsistent, counts.out_of_range, counts.isolated),
-      rig ? "use the rig file of this camera and projector, in the same position and focus"
-          : "check that the rig file is that of this camera and projector, and its unit");
+          counts.lit, counts.inconsistent, counts.out_of_range, counts.isolated) +
+          (change.empty() ? "" : "; they fit when the camera's images are " + change),
+      !change.empty() ? "give the images as the camera had them at the calibration"
+      : rig           ? "use the rig file of this camera and projector, in the same position and focus"
+                      : "check that the rig file is that of this camera and projector, and its unit");
 }
 
 void remark(const Rig& rig, Scan& scan) {
@@ -232,13 +118,6 @@ void remark(const Rig& rig, Scan& scan) {
     scan.diagnostics.note(
         "no_rig_covariance",
         "the rig states no covariance: the standard deviations are those of the light's noise alone");
-  if (scan.consistency > 3 && scan.consistency_px > 0.3)
-    scan.diagnostics.warn(
-        "rig_inconsistent",
-        format(
-            "columns and rows of the light miss the camera's rays by %.2g projector pixels (%.0f times their noise): "
-            "the rig has moved since its calibration, or its lenses are wrong; calibrate it again",
-            scan.consistency_px, scan.consistency));
   const double share = double(scan.counts.measured) / double(std::max(scan.counts.lit, 1));
   if (share < 0.7)
     scan.diagnostics.warn(
@@ -316,14 +195,16 @@ Scan measure_depth(const LightMap& light, const Rig& rig, const std::string& cam
   scan.sigma = ImageF(light.camera_size());
   const UndistortedPixels pixels(lighting.projector.inverse_camera, options.threads);
   const ImageF rays = pixel_rays(seeing.camera, options.threads);
-  const RawDepths raw =
-      solve_all(light, DepthSolver(projector_from_camera, pixels), rays, options.threads, scan);
+  const DepthSolver solver(projector_from_camera, pixels);
+  const RawDepths raw = solve_all(light, solver, rays, options.threads, scan);
   measure_consistency(raw, scan);
   reject(raw, options, scan);
   reject_isolated(options.min_patch, scan);
   finish(scan);
-  if (scan.counts.measured == 0) refuse_empty(scan);
+  if (scan.counts.measured == 0) refuse_empty(scan, image_change(light, solver, rays));
   set_rig_error(light, rig, lighting, options.threads, scan);
+  set_misfit_sigma(raw, scan);
+  check_consistency(light, solver, rays, scan);
   remark(rig, scan);
   return scan;
 }

@@ -49,8 +49,25 @@ double along_normal(ViewF truth, const ImageF& rays, int x, int y) {
 /// Distances of points from the true surfaces.
 struct ErrorSums {
   std::vector<double> distances;
-  double squares = 0, expected = 0, noise = 0;
+  struct Squares {
+    double off = 0, expected = 0, noise = 0;
+    int count = 0;
+  };
+  Squares kept, all;  ///< without outliers, and with them
   int inside = 0, outliers = 0;
+
+  void add(double distance, double expected, double noise, bool is_outlier) {
+    distances.push_back(distance);
+    outliers += is_outlier;
+    const auto add_to = [&](Squares& sums) {
+      sums.off += distance * distance;
+      sums.expected += expected * expected;
+      sums.noise += noise * noise;
+      ++sums.count;
+    };
+    add_to(all);
+    if (!is_outlier) add_to(kept);
+  }
 
   ScanError error() const {
     if (distances.empty())
@@ -58,10 +75,12 @@ struct ErrorSums {
                   "give the true depths of this view");
     ScanError out;
     out.compared = int(distances.size());
-    const double count = double(distances.size()), kept = std::max(1.0, count - outliers);
-    out.rms = std::sqrt(squares / kept);
-    out.expected_rms = std::sqrt(expected / kept);
-    out.noise_rms = std::sqrt(noise / kept);
+    const double count = double(distances.size());
+    // Where most are outliers, the few others tell nothing of the scan.
+    const Squares& sums = outliers > 0.5 * count ? all : kept;
+    out.rms = std::sqrt(sums.off / sums.count);
+    out.expected_rms = std::sqrt(sums.expected / sums.count);
+    out.noise_rms = std::sqrt(sums.noise / sums.count);
     out.median = procam::median(distances);
     out.inside_3_sigma = inside / count;
     out.outliers = outliers / count;
@@ -107,15 +126,8 @@ ScanError compare(const Scan& scan, ViewF true_depth) {
       if (!scan.measured(x, y) || !(true_depth.at(x, y) > 0)) continue;
       const double off = std::abs(depth_error(scan.depth.at(x, y), true_depth, x, y));
       const double sigma = scan.total_sigma(x, y), cosine = along_normal(true_depth, rays, x, y);
-      const double distance = off * cosine;
-      if (off > 0.01 && off > 10 * sigma) {
-        ++sums.outliers;
-      } else {
-        sums.squares += distance * distance;
-        sums.expected += sigma * sigma * cosine * cosine;
-        sums.noise += double(scan.sigma.at(x, y)) * double(scan.sigma.at(x, y)) * cosine * cosine;
-      }
-      sums.distances.push_back(distance);
+      sums.add(off * cosine, sigma * cosine, double(scan.sigma.at(x, y)) * cosine,
+               off > 0.01 && off > 10 * sigma);
       sums.inside += off <= 3 * sigma;
     }
   return sums.error();
@@ -137,13 +149,7 @@ ScanError compare(const PointCloud& cloud, const std::vector<TrueView>& truth) {
         nearest = std::min(nearest, *distance);
     if (!std::isfinite(nearest)) continue;
     const double sigma = cloud.sigma[i];
-    if (nearest > 0.01 && nearest > 10 * sigma) {
-      ++sums.outliers;
-    } else {
-      sums.squares += nearest * nearest;
-      sums.expected += sigma * sigma;
-    }
-    sums.distances.push_back(nearest);
+    sums.add(nearest, sigma, 0, nearest > 0.01 && nearest > 10 * sigma);
     sums.inside += nearest <= 3 * sigma;
   }
   return sums.error();

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "joint_solve.hpp"
+#include "pose_check.hpp"
 #include "procam/core/base/detail/chi_square.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
@@ -18,6 +19,7 @@ constexpr int kMinPoints = 150;         // of a pair
 constexpr double kFoundGate = 0.02;     // metres: what a search leaves
 constexpr double kAlike = 0.9;          // of the best score: another alignment fits as well
 constexpr double kDisagreeRate = 1e-3;  // false alarms of "poses_disagree", by station
+constexpr double kManySigmas = 10;      // from a known pose: the check fails
 constexpr double kCheckGate = 0.03;     // metres: kept poses are compared within
 
 std::string station_name(const std::vector<Station>& stations, std::size_t s) {
@@ -216,17 +218,18 @@ void compare_with_known(const std::vector<Station>& stations, Registration& out)
     const Vec6 off = se3_log(out.stations[s].pose.pose * known.pose.inverse());
     const double chi2 = off.dot(known.covariance.inverse() * off);
     if (chi2 <= procam::internal::chi_square_limit(kDisagreeRate, 6)) continue;
-    out.diagnostics.warn(
-        "poses_disagree",
-        format(
-            "%s: the surfaces ask for a pose that is %.1f mm and %.2f degrees from the known one, %.1f times its "
-            "standard deviation; check the pose, or state a larger covariance",
-            station_name(stations, s).c_str(),
-            1e3 * (out.stations[s].pose.pose.translation - known.pose.translation).norm(),
-            so3_log(Eigen::Quaterniond(out.stations[s].pose.pose.rotation * known.pose.rotation.conjugate()))
-                    .norm() /
-                kDegree,
-            std::sqrt(chi2 / 6)));
+    const bool fails = std::sqrt(chi2 / 6) > kManySigmas;
+    out.diagnostics.items.push_back(
+        {fails ? Severity::kFailure : Severity::kWarning, "poses_disagree",
+         format(
+             "%s: the surfaces ask for a pose that is %.1f mm and %.2f degrees from the known one, %.1f times its "
+             "standard deviation; check the pose, or state a larger covariance",
+             station_name(stations, s).c_str(),
+             1e3 * (out.stations[s].pose.pose.translation - known.pose.translation).norm(),
+             so3_log(Eigen::Quaterniond(out.stations[s].pose.pose.rotation * known.pose.rotation.conjugate()))
+                     .norm() /
+                 kDegree,
+             std::sqrt(chi2 / 6))});
   }
 }
 
@@ -258,13 +261,14 @@ Registration keep_poses(const JointProblem& problem, const JointState& state,
     expected += row.sigma * row.sigma + j.dot(out.covariance * j);
   }
   if (squares > 9 * expected)
-    out.diagnostics.warn(
-        "poses_disagree",
-        format(
-            "the surfaces of the stations are %.1f mm apart (RMS), and the stated standard deviations allow "
-            "%.1f mm: let the stations be registered, or check their poses",
-            1e3 * std::sqrt(squares / double(kept.rows.size())),
-            1e3 * std::sqrt(expected / double(kept.rows.size()))));
+    out.diagnostics.items.push_back(
+        {squares > kManySigmas * kManySigmas * expected ? Severity::kFailure : Severity::kWarning,
+         "poses_disagree",
+         format(
+             "the surfaces of the stations are %.1f mm apart (RMS), and the stated standard deviations allow "
+             "%.1f mm: let the stations be registered, or check their poses",
+             1e3 * std::sqrt(squares / double(kept.rows.size())),
+             1e3 * std::sqrt(expected / double(kept.rows.size())))});
   out.pairs = std::move(pairs);
   return out;
 }
@@ -283,6 +287,7 @@ Registration register_stations(const std::vector<Station>& stations, const Regis
   for (const Station& station : stations)
     for (const Scan& scan : station.scans)
       require(scan.rig_modes.root.cols() == problem.modes, "register_stations: scans by different rigs");
+  if (problem.has_known_poses) require_near_stations(stations);
   JointState state{{}, VecX::Zero(problem.modes)};
   std::vector<std::vector<Alignment>> found(stations.size());
   if (problem.has_known_poses)
@@ -292,12 +297,13 @@ Registration register_stations(const std::vector<Station>& stations, const Regis
   const double gate = !options.refine ? kCheckGate : problem.has_known_poses ? gate_of(stations) : kFoundGate;
   std::vector<StationPair> pairs;
   problem.pairs = overlapping(views, state.world_from_rig, gate, options, pairs);
-  if (!options.refine) return keep_poses(problem, state, std::move(pairs));
 
   const std::vector<bool> reached = connected(stations.size(), problem.pairs);
   const auto alone = std::find(reached.begin(), reached.end(), false);
   if (alone != reached.end() && !problem.has_known_poses)
     refuse_overlap(stations, std::size_t(alone - reached.begin()), 0);
+  if (problem.has_known_poses) refuse_mistaken_poses(stations, views);
+  if (!options.refine) return keep_poses(problem, state, std::move(pairs));
   const JointSolution solution = solve_jointly(problem, state, gate);
   Registration out;
   out.has_known_poses = problem.has_known_poses;

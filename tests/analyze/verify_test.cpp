@@ -204,7 +204,8 @@ TEST(Verify, DoesNotMoveTheProjectorForAWallThatWasMappedWrongly) {
       world.surface.rig_from_surface.pose * Pose(Eigen::Quaterniond::Identity(), Vec3(0, 0, 0.2));
   const Error error = refusal(world, world.marks(5), correcting(Correct::kProjector));
   EXPECT_EQ(error.kind(), ErrorKind::kDegenerate);
-  EXPECT_NE(std::string(error.what()).find("explains the marks as well as a movement of lamp"), std::string::npos)
+  EXPECT_NE(std::string(error.what()).find("explains the marks as well as a movement of lamp"),
+            std::string::npos)
       << error.what();
 }
 

@@ -318,14 +318,22 @@ TEST_F(ScanRoute, NamesTheRigOfOtherDevices) {
       run_tool("simulate-captures", "--seed 3 --level easy --views 1 --pattern charuco -o " + at("other"));
   ASSERT_EQ(other.exit_code, 0) << other.err;
   expect_refused(scan("", "other/truth.json"), 3, "the rig's camera 'camera' 1280x1024");
-  // A camera that was turned by two degrees since the calibration: the scan tells.
-  Rig rig = io::load_rig(folder_ / "room/truth.json");
-  Pose& place = rig.projectors[0].rig_from_projector;
-  place = place * Pose(so3_exp(Vec3(0.02, 0.01, 0.02)), Vec3::Zero());
-  io::save_rig(folder_ / "bumped.json", rig);
-  const ToolRun bumped = scan("", "bumped.json");
-  EXPECT_NE((bumped.out + bumped.err).find("the rig has moved since its calibration"), std::string::npos)
-      << bumped.err;
+  // A projector that was turned since the calibration: by a fifth of a degree the check fails, by two degrees nothing fits.
+  const Rig rig = io::load_rig(folder_ / "room/truth.json");
+  const auto bumped = [&](double angle) {
+    Rig other = rig;
+    Pose& pose = other.projectors[0].rig_from_projector;
+    pose = pose * Pose(so3_exp(angle * Vec3(1, 0.5, 1)), Vec3::Zero());
+    io::save_rig(folder_ / "bumped.json", other);
+    return scan("", "bumped.json");
+  };
+  expect_refused(bumped(0.02), 4, "captures and rig do not belong together");
+  const ToolRun failed = bumped(0.003);
+  EXPECT_EQ(failed.exit_code, 5) << failed.err;
+  EXPECT_NE(failed.err.find("a rig that was bumped since its calibration"), std::string::npos) << failed.err;
+  EXPECT_GT(failed.json()["scans"][0]["median_sigma_of_misfit"].get<double>(),
+            3 * failed.json()["scans"][0]["median_sigma_of_noise"].get<double>());
+  EXPECT_TRUE(fs::exists(folder_ / "out.json"));
 }
 
 /// A rig that was moved: its stations are found by what they see in common, and the poses that the tool writes are poses
@@ -369,6 +377,9 @@ TEST_F(ScanRoute, StationsOfAMovedRigBecomeOneScan) {
                 found["stations"][1]["translation"][std::size_t(c)].get<double>(), 1e-9);
   expect_error(scan_all(" --station-pose " + at("poses_1.json") + " --pose-sigma 1mm,0.05deg"), 3,
                "1 files are given for 2 stations");
+  expect_error(scan_all(" --station-pose " + at("poses_2.json") + " --station-pose " + at("poses_1.json") +
+                        " --pose-sigma 10mm,0.5deg"),
+               3, "are exchanged");
 }
 
 }  // namespace

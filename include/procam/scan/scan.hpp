@@ -78,12 +78,16 @@ struct Scan {
   double consistency = 1;
   /// Root mean square of the same in projector pixels.
   double consistency_px = 0;
+  double consistency_px_of_rig = 0;  ///< the part of it that the rig's covariance predicts; 0: no covariance
+  /// Of the depth, by the part that neither the noise nor the rig's covariance explains, metres. Empty where they explain all.
+  ImageF misfit_sigma;
   Diagnostics diagnostics;
 
   bool measured(int x, int y) const { return depth.at(x, y) > 0; }
-  /// Of both parts, metres.
+  /// Of all parts, metres.
   double total_sigma(int x, int y) const {
-    return std::hypot(double(sigma.at(x, y)), double(rig_sigma.at(x, y)));
+    const double misfit = misfit_sigma.empty() ? 0 : double(misfit_sigma.at(x, y));
+    return std::hypot(double(sigma.at(x, y)), double(rig_sigma.at(x, y)), misfit);
   }
 };
 
@@ -91,10 +95,12 @@ struct Scan {
 PROCAM_EXPORT ImageF pixel_rays(const Camera& camera, int threads = 0);
 
 /// `light` is that of the rig's projector `projector` seen by its camera `camera`; empty names for the only ones.
-/// Warnings: "rig_inconsistent" (columns and rows of the light do not meet the camera's rays: the rig has moved or its
-/// calibration is wrong), "no_rig_covariance", "few_points". Throws Error(kInput) for a light map of other sizes than
+/// Columns and rows of the light that do not meet the camera's rays are "rig_inconsistent": a warning, and a failure above a
+/// projector pixel, ten standard deviations of the noise and four of the rig. Then the rig was bumped since its calibration, it is of
+/// another session, or the camera moved during the frames. Other warnings: "no_rig_covariance", "few_points". Throws Error(kInput) for a light map of other sizes than
 /// the rig's devices and for a name that the rig does not have, Error(kDegenerate) for camera and projector in one place,
-/// Error(kNotEnoughData) when no pixel has a depth; the message tells why.
+/// Error(kNotEnoughData) when no pixel has a depth, and when nothing fits (2 % of the projector frame's diagonal); the message gives
+/// the reason, and names mirrored or rotated images.
 PROCAM_EXPORT Scan measure_depth(const LightMap& light, const Rig& rig, const std::string& camera = "",
                                  const std::string& projector = "", const ScanOptions& options = {});
 

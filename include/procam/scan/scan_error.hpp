@@ -9,8 +9,9 @@
 namespace procam::scan {
 
 struct ScanError {
-  int compared = 0;   ///< measured pixels with a true depth
-  double rms = 0;     ///< along the true surface's normal, without outliers, metres
+  int compared = 0;  ///< measured pixels with a true depth
+  double rms =
+      0;  ///< along the true surface's normal, metres; without outliers, unless they are more than half
   double median = 0;  ///< of its absolute value
   double expected_rms =
       0;                 ///< what the stated standard deviations (noise and rig) predict for the same pixels

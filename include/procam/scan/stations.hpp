@@ -89,8 +89,10 @@ struct Registration {
 };
 
 /// Remarks: "unobservable" names the directions that only the known poses fix; "poses_disagree" (the surfaces contradict the known
-/// poses by more than their covariance allows), "no_overlap" (a station that only its known pose places).
-/// Throws Error(kNotEnoughData) for a station that sees too little of the others, Error(kDegenerate) for an unobservable direction
+/// poses by more than their covariance allows; a failure above ten standard deviations), "no_overlap" (a station that only its known
+/// pose places).
+/// Throws Error(kInput) for known poses that fit only without a usual mistake (exchanged, inverted, in millimetres, given twice),
+/// Error(kNotEnoughData) for a station that sees too little of the others, Error(kDegenerate) for an unobservable direction
 /// without known poses and for two different alignments that fit alike, Error(kNotConverged), std::invalid_argument for
 /// fewer than two stations, stations without scans, and known poses of some stations only.
 PROCAM_EXPORT Registration register_stations(const std::vector<Station>& stations,

@@ -321,10 +321,10 @@ TEST_F(ScanRoute, NamesTheRigOfOtherDevices) {
   // A projector that was turned since the calibration: by a fifth of a degree the check fails, by two degrees nothing fits.
   const Rig rig = io::load_rig(folder_ / "room/truth.json");
   const auto bumped = [&](double angle) {
-    Rig other = rig;
-    Pose& pose = other.projectors[0].rig_from_projector;
-    pose = pose * Pose(so3_exp(angle * Vec3(1, 0.5, 1)), Vec3::Zero());
-    io::save_rig(folder_ / "bumped.json", other);
+    Rig turned = rig;
+    Pose& pose = turned.projectors[0].rig_from_projector;
+    pose = pose * Pose(so3_exp(Vec3(angle, 0.5 * angle, angle)), Vec3::Zero());
+    io::save_rig(folder_ / "bumped.json", turned);
     return scan("", "bumped.json");
   };
   expect_refused(bumped(0.02), 4, "captures and rig do not belong together");

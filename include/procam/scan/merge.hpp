@@ -48,8 +48,8 @@ struct MergedStations {
   Diagnostics diagnostics;
 };
 
-/// Remark: "contradictions" (something stood elsewhere at another station; above a fifth of the points a failure). Throws std::invalid_argument for a registration
-/// of other stations, Error(kNotEnoughData) as mesh_of() does.
+/// Remark: "contradictions" (something stood elsewhere at another station; above a fifth of the points a failure).
+/// Throws std::invalid_argument for a registration of other stations, Error(kNotEnoughData) as mesh_of() does.
 PROCAM_EXPORT MergedStations merge_stations(const std::vector<Station>& stations,
                                             const Registration& registration,
                                             const MergeOptions& options = {});

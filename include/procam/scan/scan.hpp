@@ -97,8 +97,8 @@ PROCAM_EXPORT ImageF pixel_rays(const Camera& camera, int threads = 0);
 /// `light` is that of the rig's projector `projector` seen by its camera `camera`; empty names for the only ones.
 /// Columns and rows of the light that do not meet the camera's rays are "rig_inconsistent": a warning, and a failure above a
 /// projector pixel, ten standard deviations of the noise and four of the rig. Then the rig was bumped since its calibration, it is of
-/// another session, or the camera moved during the frames. Other warnings: "no_rig_covariance", "few_points". Throws Error(kInput) for a light map of other sizes than
-/// the rig's devices and for a name that the rig does not have, Error(kDegenerate) for camera and projector in one place,
+/// another session, or the camera moved during the frames. Other warnings: "no_rig_covariance", "few_points".
+/// Throws Error(kInput) for a light map of other sizes than the rig's devices and for a name that the rig does not have, Error(kDegenerate) for camera and projector in one place,
 /// Error(kNotEnoughData) when no pixel has a depth, and when nothing fits (2 % of the projector frame's diagonal); the message gives
 /// the reason, and names mirrored or rotated images.
 PROCAM_EXPORT Scan measure_depth(const LightMap& light, const Rig& rig, const std::string& camera = "",

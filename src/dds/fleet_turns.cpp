@@ -226,7 +226,11 @@ FleetStatus FleetTurns::status() const {
       if (announced.lights) status.by[announced.claim.surface].push_back(one.robot);
   };
   add(content());
-  for (const auto& [robot, other] : others_) add(other);
+  for (const auto& [robot, other] : others_) {
+    add(other);
+    for (const auto& announced : other.claims)
+      if (announced.claim.ready) ++status.others[announced.claim.surface];
+  }
   for (auto& [surface, robots] : status.by) std::sort(robots.begin(), robots.end());
   return status;
 }

@@ -60,7 +60,7 @@ internal::MemberBeat first_beat(const GroupOptions& options) {
   own.member = (std::uint64_t(random()) << 32 | random()) | 1;
   own.host = host_and_process();
   own.machine = text_number(options.machine.empty() ? boot_identifier() : options.machine);
-  own.projector = options.projector;
+  own.projectors = options.projectors;
   own.strength = options.strength * 65536 + int(random() % 65536);  // of equal ones, chance decides
   return own;
 }
@@ -149,7 +149,7 @@ struct Group::Impl {
     ends = true;
     thread.join();
     // The others blend without this light at once.
-    if (!own.projector.empty()) internal::write_beat(topics.member.writer, members.last_beat(steady_now()));
+    if (!own.projectors.empty()) internal::write_beat(topics.member.writer, members.last_beat(steady_now()));
   }
 
   void run() {

@@ -146,14 +146,16 @@ void GroupMembers::follow_clock(const Other& leader, double now) {
 }
 
 void GroupMembers::light(double from) {
-  own_.lit = !own_.projector.empty();
+  own_.lit = !own_.projectors.empty();
   own_.lit_from = from;
 }
 
 std::vector<GroupLight> GroupMembers::lights() const {
   std::vector<GroupLight> lights;
   for (const auto& [member, other] : others_)
-    if (other.beat.lit) lights.push_back({other.beat.projector, other.beat.lit_from});
+    if (other.beat.lit)
+      for (const std::string& projector : other.beat.projectors)
+        lights.push_back({projector, other.beat.lit_from, member});
   return lights;
 }
 

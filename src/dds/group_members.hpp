@@ -28,8 +28,8 @@ struct MemberBeat {
   std::uint32_t settled = 1;  ///< members that have been together for a second, with this one
   double sent = 0;            ///< its steady time
   double group_offset = 0;    ///< group time less its steady time
-  std::string projector = {};
-  bool lit = false;
+  std::vector<std::string> projectors = {};
+  bool lit = false;     ///< all of them
   double lit_from = 0;  ///< group time
   std::vector<MemberOffset> offsets = {};
 };

@@ -100,11 +100,13 @@ MemberBeat read_beat(const procam_group_Beat& message) {
   beat.settled = message.settled;
   beat.sent = message.sent;
   beat.group_offset = message.group_offset;
-  beat.projector =
-      text_of(message.projector, limits::kFrameNameBytes, "the name of a projector is no text, or too long");
+  require_good(message.projectors._length <= limits::kGroupProjectors, "it has too many projectors");
+  for (std::uint32_t i = 0; i < message.projectors._length; ++i)
+    beat.projectors.push_back(text_of(message.projectors._buffer[i], limits::kFrameNameBytes,
+                                      "the name of a projector is no text, or too long"));
   beat.lit = message.lit;
   beat.lit_from = message.lit_from;
-  require_good(std::isfinite(beat.lit_from) && (!beat.lit || !beat.projector.empty()),
+  require_good(std::isfinite(beat.lit_from) && (!beat.lit || !beat.projectors.empty()),
                "its light has no time or no projector");
   require_good(beat.member != 0, "a member has no number");
   require_good(std::isfinite(beat.sent) && std::isfinite(beat.group_offset), "its times are not finite");
@@ -120,6 +122,8 @@ MemberBeat read_beat(const procam_group_Beat& message) {
 dds_return_t write_beat(dds_entity_t writer, MemberBeat beat) {
   std::vector<procam_group_ClockOffset> offsets;
   for (const MemberOffset& one : beat.offsets) offsets.push_back({one.member, one.offset, one.sigma});
+  std::vector<char*> projectors;
+  for (std::string& one : beat.projectors) projectors.push_back(one.data());
   procam_group_Beat message{};
   message.member = beat.member;
   message.host = beat.host.data();
@@ -131,7 +135,8 @@ dds_return_t write_beat(dds_entity_t writer, MemberBeat beat) {
   message.settled = beat.settled;
   message.sent = beat.sent;
   message.group_offset = beat.group_offset;
-  message.projector = beat.projector.data();
+  message.projectors._buffer = projectors.data();
+  message.projectors._length = message.projectors._maximum = std::uint32_t(projectors.size());
   message.lit = beat.lit;
   message.lit_from = beat.lit_from;
   message.offsets._buffer = offsets.data();

@@ -74,6 +74,7 @@ class Ros2PoseSource : public track::PoseSource {
   }
 
   void poll(std::vector<StampedPose>& arrived) override { inbox_.poll(arrived); }
+  void wait(double seconds) override { inbox_.wait(seconds); }
 
   track::SourceStatus status() const override {
     track::SourceStatus status = inbox_.status();

@@ -1,5 +1,9 @@
 #include "procam/people/skeleton_source.hpp"
 
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/track/detail/parsed_source.hpp"
@@ -19,6 +23,10 @@ std::unique_ptr<SkeletonSource> open_skeletons(const std::string& text, const tr
 }
 
 }  // namespace
+
+void SkeletonSource::wait(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds > 0 ? std::min(seconds, 0.001) : 0));
+}
 
 std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text,
                                                      const track::SourceOptions& options) {

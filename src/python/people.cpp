@@ -150,6 +150,8 @@ void bind_readers(py::module_& m) {
             return arrived;
           },
           "Frames since the last call, in order of arrival. Never waits.")
+      .method("wait", &people::SkeletonSource::wait, "As PoseSource.wait().", py::arg("seconds"),
+              py::call_guard<py::gil_scoped_release>())
       .method("status", &people::SkeletonSource::status, "Is it connected, and what did it receive?");
   function(
       m, "open_skeleton_source", &people::open_skeleton_source,

@@ -61,10 +61,22 @@ std::vector<std::string> FleetLink::dark(const Show& show) const {
   return dark;
 }
 
+Points2 FleetLink::region_of(const std::string& surface, const Placement& placement,
+                             const Projector& projector, const dds::FleetStatus& status, double light_time) {
+  const auto* plane = std::get_if<PlacedPlane>(&placement);
+  if (plane == nullptr) return {};
+  Region& region = regions_[surface];
+  const Points2& announced = region.announced.follow(reached_region(projector, *plane), light_time);
+  // Another region has a dark time: none without need, and not back again.
+  region.is_shared = region.is_shared || status.others.count(surface) > 0;
+  return region.is_shared ? announced : Points2();
+}
+
 void FleetLink::shown(const Projection& projection, bool is_drawn, double light_time) {
   std::vector<dds::FleetClaim> claims;
   lit_.clear();
   std::set<std::string> seen;
+  const dds::FleetStatus status = fleet_.status();
   const std::vector<SolvedSurface>& surfaces = projection.solved().surfaces;
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const std::string& name = surfaces[i].surface.name;
@@ -76,6 +88,7 @@ void FleetLink::shown(const Projection& projection, bool is_drawn, double light_
     claim.priority = priority_;
     claim.blend = blends_;
     claim.ready = light != SurfaceLight::kNone && reaches(projection.projector(), surfaces[i].placement);
+    claim.region = region_of(name, surfaces[i].placement, projection.projector(), status, light_time);
     claims.push_back(std::move(claim));
   }
   fleet_.shown(lit_, light_time);

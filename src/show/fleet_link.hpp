@@ -1,8 +1,10 @@
 #pragma once
 /// A show of a robot in a fleet (dds/fleet.hpp): which of its surfaces it announces, and which stay dark.
+#include <map>
 #include <string>
 #include <vector>
 
+#include "lit_region.hpp"
 #include "procam/dds/fleet.hpp"
 #include "procam/show/metrics.hpp"
 #include "procam/show/projection.hpp"
@@ -32,6 +34,14 @@ class FleetLink {
   std::string name_, robot_;
   int priority_;
   bool blends_;
+  /// What this robot announces of a surface; all of it until another robot is ready to light it.
+  struct Region {
+    AnnouncedRegion announced;
+    bool is_shared = false;
+  };
+  Points2 region_of(const std::string& surface, const Placement& placement, const Projector& projector,
+                    const dds::FleetStatus& status, double light_time);
+  std::map<std::string, Region> regions_;
   std::vector<std::string> lit_;  ///< in the last new frame
   dds::FleetStatus told_;
 };

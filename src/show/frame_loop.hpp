@@ -52,6 +52,7 @@ class FrameLoop {
   // The blend with other projectors: loop_blend.cpp.
   void begin_blend();
   void follow_blend(double now);
+  ProjectorNames own_projectors() const;
   BlendTurn turn_of_blend(double light_time);
   BlendScene blend_scene(ProjectorNames projectors) const;
   void use_blend(const std::shared_ptr<const MadeBlend>& made);

@@ -32,6 +32,14 @@ void FrameLoop::begin_blend() {
   blend_sets_ = {first};
 }
 
+/// The projectors of this process.
+ProjectorNames FrameLoop::own_projectors() const {
+  ProjectorNames own = {parts_.blend->plan().projector};
+  for (std::size_t i = 0; parts_.sides != nullptr && i < parts_.sides->size(); ++i)
+    own.push_back(parts_.sides->at(i).name);
+  return own;
+}
+
 BlendTurn FrameLoop::turn_of_blend(double light_time) {
   const BlendPlan& plan = parts_.blend->plan();
   if (parts_.group == nullptr) {
@@ -39,17 +47,18 @@ BlendTurn FrameLoop::turn_of_blend(double light_time) {
     turn.now = turn.announced = plan.fixed;
     return turn;
   }
+  const ProjectorNames own = own_projectors();
   std::vector<dds::GroupLight> others = parts_.group->lights();
   others.erase(std::remove_if(others.begin(), others.end(),
                               [&](const dds::GroupLight& other) {
-                                return other.projector == plan.projector ||
+                                return std::find(own.begin(), own.end(), other.projector) != own.end() ||
                                        std::none_of(plan.rig.projectors.begin(), plan.rig.projectors.end(),
                                                     [&](const RigProjector& known) {
                                                       return known.name == other.projector;
                                                     });
                               }),
                others.end());
-  return blend_turn(plan.projector, lit_from_, others, parts_.group->group_time(light_time));
+  return blend_turn(own, lit_from_, others, parts_.group->group_time(light_time));
 }
 
 void FrameLoop::follow_blend(double now) {
@@ -63,19 +72,21 @@ void FrameLoop::follow_blend(double now) {
       blend_changed_ = now;
     blend_version_ = placed_;
     blend_sets_ = sets;
-    if (parts_.sides != nullptr) parts_.sides->want_blend(placed_, turn.now);
+    if (parts_.sides != nullptr) parts_.sides->want_blend(placed_, sets);
     maker.want(placed_, blend_scene({}), std::move(sets));
   }
   if (const auto fault = maker.take_fault()) count_fault("blend", *fault + "; the blend from before stays");
-  if (parts_.group != nullptr && !lit_from_ && maker.is_ready(turn.announced)) {
+  const auto is_ready = [&](const ProjectorNames& set) {
+    return maker.is_ready(set) && (parts_.sides == nullptr || parts_.sides->is_blend_ready(set));
+  };
+  if (parts_.group != nullptr && !lit_from_ && is_ready(turn.announced)) {
     lit_from_ = parts_.group->group_time(now) +
                 (parts_.group->metrics().hosts > 1 ? notice(now - blend_changed_) : 0);
     parts_.group->light(*lit_from_);
   }
   if (turn.is_dark) return;
   // Screens change in one frame, so that places of both are neither too dark nor too bright meanwhile.
-  if (parts_.sides != nullptr && !(maker.is_ready(turn.now) && parts_.sides->is_blend_ready(turn.now)))
-    return;
+  if (parts_.sides != nullptr && !is_ready(turn.now)) return;
   if (const auto made = maker.find(turn.now); made && made != blend_) {
     metrics_.blend->last_change_s = now - blend_changed_;
     if (parts_.sides != nullptr) parts_.sides->use_blend(turn.now);

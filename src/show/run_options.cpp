@@ -122,7 +122,6 @@ void check_screens(const ShowOptions& options) {
       {options.track.has_value(), "track"},
       {options.people.has_value(), "people"},
       {!options.publish.empty(), "publish"},
-      {!options.group.empty(), "group"},
       {!options.fleet.empty(), "fleet"},
       {!options.record.empty(), "record"},
       {is_depth_source(options.surfaces), "surfaces of a depth camera"}};
@@ -348,9 +347,9 @@ void check_combination(const ShowOptions& options) {
   if (!options.fleet.empty() && !options.group.empty())
     refuse("fleet", "the hosts of a group show the same, and the robots of a fleet do not",
            "leave out --fleet or --group");
-  if (!options.fleet.empty() && options.watch)
-    refuse("fleet", "on a surface that another robot lights, the camera sees that robot's light",
-           "leave out --watch or --fleet");
+  if (options.fleet_blend && options.watch)
+    refuse("fleet", "on a surface that several robots light, the camera sees the light of all of them",
+           "leave out --watch or --fleet-blend");
   if (!options.fleet.empty() && !options.record.empty())
     refuse("record", "a run in a fleet cannot be shown again bit for bit", "leave one of them out");
   if (options.depth.silhouettes && !options.record.empty())

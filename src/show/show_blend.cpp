@@ -156,12 +156,12 @@ MadeBlend make_blend(const BlendPlan& plan, BlendScene scene) {
   return made;
 }
 
-BlendTurn blend_turn(const std::string& own, const std::optional<double>& own_from,
+BlendTurn blend_turn(const ProjectorNames& own, const std::optional<double>& own_from,
                      const std::vector<dds::GroupLight>& others, double light_time) {
   BlendTurn turn;
   turn.is_dark = !own_from || *own_from > light_time;
   std::vector<dds::GroupLight> later;
-  add_name(turn.now, own);
+  for (const std::string& name : own) add_name(turn.now, name);
   for (const dds::GroupLight& other : others) {
     if (other.from <= light_time)
       add_name(turn.now, other.projector);
@@ -178,8 +178,16 @@ BlendTurn blend_turn(const std::string& own, const std::optional<double>& own_fr
   }
   // The last step stays; those before it last for moments.
   turn.next.assign(steps.rbegin(), steps.rend());
-  for (const std::string& name : turn.announced)
-    if (name != own) turn.next.push_back(without(turn.announced, name));
+  // A host that fails takes all its projectors with it.
+  std::map<std::uint64_t, ProjectorNames> by_member;
+  for (const dds::GroupLight& other : others) by_member[other.member].push_back(other.projector);
+  for (const auto& [member, names] : by_member) {
+    ProjectorNames rest = turn.announced;
+    for (const std::string& name : names)
+      if (std::find(own.begin(), own.end(), name) == own.end()) rest = without(rest, name);
+    if (std::find(turn.next.begin(), turn.next.end(), rest) == turn.next.end())
+      turn.next.push_back(std::move(rest));
+  }
   return turn;
 }
 

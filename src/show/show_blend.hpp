@@ -69,14 +69,15 @@ MadeBlend make_blend(const BlendPlan& plan, BlendScene scene);
 
 /// Which projectors light at a time, and which may next.
 struct BlendTurn {
-  bool is_dark = false;              ///< this one, before its first light
-  ProjectorNames now;                ///< with this one
+  bool is_dark = false;              ///< those of this process, before their first light
+  ProjectorNames now;                ///< with those of this process
   ProjectorNames announced;          ///< and those whose light comes later
   std::vector<ProjectorNames> next;  ///< sets that may follow, the likely ones first
 };
 
-/// `own_from`: group time of this projector's first light; nullopt: it is not announced. `light_time` is group time.
-BlendTurn blend_turn(const std::string& own, const std::optional<double>& own_from,
+/// `own`: the projectors of this process. `own_from`: group time of their first light; nullopt: it is not announced.
+/// `light_time` is group time.
+BlendTurn blend_turn(const ProjectorNames& own, const std::optional<double>& own_from,
                      const std::vector<dds::GroupLight>& others, double light_time);
 
 /// Makes maps on a thread of its own. Nothing waits for it but make_now().

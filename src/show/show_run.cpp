@@ -220,7 +220,9 @@ void ShowRun::open_group() {
   dds::GroupOptions group;
   group.name = options_.group;
   group.strength = options_.group_strength;
-  if (blend_) group.projector = blend_->plan().projector;
+  if (blend_) group.projectors = {blend_->plan().projector};
+  for (std::size_t i = 1; blend_ && i < options_.screens.size(); ++i)
+    group.projectors.push_back(options_.screens[i].projector);
   link_ = std::make_unique<GroupLink>(group, options_.surfaces);
   listener_.on_start(link_->description());
 }

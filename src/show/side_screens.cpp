@@ -107,9 +107,9 @@ void SideScreens::begin_blend(const ProjectorNames& set) {
       screen.projection.set_blend(screen.blend->make_now(scene_of(screen, set))->blend);
 }
 
-void SideScreens::want_blend(std::uint64_t version, const ProjectorNames& set) {
+void SideScreens::want_blend(std::uint64_t version, const std::vector<ProjectorNames>& sets) {
   for (const SideScreen& screen : screens_)
-    if (screen.blend != nullptr) screen.blend->want(version, scene_of(screen, set), {set});
+    if (screen.blend != nullptr) screen.blend->want(version, scene_of(screen, {}), sets);
 }
 
 bool SideScreens::is_blend_ready(const ProjectorNames& set) const {

@@ -50,7 +50,7 @@ class SideScreens {
 
   // The blend with the other screens, and projectors of other processes.
   void begin_blend(const ProjectorNames& set);
-  void want_blend(std::uint64_t version, const ProjectorNames& set);
+  void want_blend(std::uint64_t version, const std::vector<ProjectorNames>& sets);
   /// Are all maps of the newest version made?
   bool is_blend_ready(const ProjectorNames& set) const;
   void use_blend(const ProjectorNames& set);

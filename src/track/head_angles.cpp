@@ -143,6 +143,7 @@ class AngleSource {
  public:
   virtual ~AngleSource() = default;
   virtual void poll(std::vector<StampedAngles>& arrived) = 0;
+  virtual void wait(double seconds) = 0;
   virtual SourceStatus status() const = 0;
 };
 template <typename Parser>
@@ -157,6 +158,7 @@ class HeadSource final : public PoseSource {
     arrived.resize(polled_.size());
     for (std::size_t i = 0; i < polled_.size(); ++i) arrived[i] = pose_of(polled_[i], head_);
   }
+  void wait(double seconds) override { angles_->wait(seconds); }
   SourceStatus status() const override { return angles_->status(); }
 
  private:
@@ -177,6 +179,7 @@ class MovedSource final : public PoseSource {
       if (message.covariance) message.covariance = to_world * *message.covariance * to_world.transpose();
     }
   }
+  void wait(double seconds) override { source_->wait(seconds); }
   SourceStatus status() const override { return source_->status(); }
   std::map<std::string, std::uint64_t> rejected() const override { return source_->rejected(); }
   std::string description() const override { return source_->description(); }

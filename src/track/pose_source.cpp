@@ -1,9 +1,12 @@
 #include "procam/track/pose_source.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "pose_source_kinds.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
@@ -102,6 +105,10 @@ internal::HostPort internal::parse_host_port(const std::string& text) {
   return result;
 }
 
+void PoseSource::wait(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds > 0 ? std::min(seconds, 0.001) : 0));
+}
+
 struct PoseQueue::Impl {
   explicit Impl(const SourceOptions& options) : inbox(options) { inbox.connected(); }
   internal::Inbox inbox;
@@ -120,6 +127,9 @@ bool PoseQueue::push(StampedPose message) {
 }
 void PoseQueue::poll(std::vector<StampedPose>& arrived) {
   impl_->inbox.poll(arrived);
+}
+void PoseQueue::wait(double seconds) {
+  impl_->inbox.wait(seconds);
 }
 SourceStatus PoseQueue::status() const {
   return impl_->inbox.status();

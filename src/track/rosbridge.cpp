@@ -35,6 +35,7 @@ class RosbridgeSource : public PoseSource {
     thread_.join();
   }
   void poll(std::vector<StampedPose>& arrived) override { inbox_.poll(arrived); }
+  void wait(double seconds) override { inbox_.wait(seconds); }
   SourceStatus status() const override { return inbox_.status(); }
 
  private:

@@ -62,7 +62,7 @@ class Network {
 TEST(GroupMembers, LightsAreThoseOfMembersThatAreThere) {
   Host left(11, 1, 100), right(12, 3, 7000), none(13, 2, -30);
   MemberBeat own{21, "host", 21, 0};
-  own.projector = "right";
+  own.projectors = {"right", "far"};
   right.members = GroupMembers(own, right.offset, kLease, kFirstWait);
   Network network({&left, &right, &none});
   network.run(0.3);
@@ -70,17 +70,21 @@ TEST(GroupMembers, LightsAreThoseOfMembersThatAreThere) {
   right.members.light(17.5);
   none.members.light(3);  // without a projector
   network.run(0.1);
-  ASSERT_EQ(left.members.lights().size(), 1u);
+  ASSERT_EQ(left.members.lights().size(), 2u);
   EXPECT_EQ(left.members.lights()[0].projector, "right");
-  EXPECT_EQ(left.members.lights()[0].from, 17.5);
+  EXPECT_EQ(left.members.lights()[1].projector, "far");
+  for (const GroupLight& light : left.members.lights()) {
+    EXPECT_EQ(light.from, 17.5);
+    EXPECT_EQ(light.member, 21u);
+  }
   EXPECT_TRUE(right.members.lights().empty()) << "of others";
   right.runs = false;
   network.run(kLease - 0.1);
-  EXPECT_EQ(left.members.lights().size(), 1u);
+  EXPECT_EQ(left.members.lights().size(), 2u);
   network.run(0.3);
   EXPECT_TRUE(left.members.lights().empty());
   left.members.take(right.members.beat(5), left.clock(network.now()));
-  EXPECT_EQ(left.members.lights().size(), 1u);
+  EXPECT_EQ(left.members.lights().size(), 2u);
   left.members.take(right.members.last_beat(6), left.clock(network.now()));
   EXPECT_TRUE(left.members.lights().empty()) << "it ends, and says so";
 }

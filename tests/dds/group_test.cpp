@@ -175,16 +175,16 @@ TEST(Group, TheStateIsKeptForLateMembers) {
 TEST(Group, AMembersLightIsKnownUntilItEndsOrIsKilled) {
   const LoopbackDomain domain;
   MemberProcess killed([] {
-    Group group({"stage", 1, {}, "right"});
+    Group group({"stage", 1, {}, {"right"}});
     group.light(12.25);
     lead(group);
   });
-  Group here({"stage", 5, {}, "left"});
+  Group here({"stage", 5, {}, {"left"}});
   ASSERT_TRUE(wait_until([&] { return here.status().lights.size() == 1; }));
   EXPECT_EQ(here.status().lights[0].projector, "right");
   EXPECT_EQ(here.status().lights[0].from, 12.25);
   {
-    Group ending({"stage", 1, {}, "far"});
+    Group ending({"stage", 1, {}, {"far"}});
     ASSERT_TRUE(wait_until([&] { return here.status().members == 3; }));
     EXPECT_EQ(here.status().lights.size(), 1u) << "it has not called light()";
     ending.light(13);

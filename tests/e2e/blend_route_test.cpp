@@ -2,10 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <set>
 
 #include "dds/ros2_peer.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "run_log.hpp"
@@ -147,6 +151,57 @@ TEST_F(BlendRoute, HostsOfAGroupBlendAndNeighboursOfAKilledOneFillItsPlaceWithin
     EXPECT_EQ(again.exit_code, 0) << again.err << again.out;
     EXPECT_GT(again.json()["equal"].get<double>(), 20);
   }
+}
+
+/// A host with two projectors and one with the third show what one process with all three shows, bit for bit. When the first
+/// host dies, both of its projectors are gone at once.
+TEST_F(BlendRoute, AHostWithTwoProjectorsIsOneMember) {
+  const LoopbackDomain domain;
+  const auto screens = [&](const std::string& to, const std::vector<std::string>& names) {
+    std::string flags;
+    for (const std::string& name : names) flags += " --screen " + name + "=frames:" + at(to + "_" + name);
+    return flags;
+  };
+  const auto last_frame = [&](const std::string& of) {
+    std::set<std::filesystem::path> files;
+    for (const auto& file : std::filesystem::directory_iterator(folder_ / of)) files.insert(file.path());
+    EXPECT_FALSE(files.empty()) << of;
+    const ImageU8 frame = files.empty() ? ImageU8() : io::load_image(*files.rbegin()).image;
+    const auto* begin = frame.data();
+    return std::vector<std::uint8_t>(
+        begin, begin + std::ptrdiff_t(frame.width()) * frame.height() * frame.channels());
+  };
+  const ToolRun alone = run_tool("project-live", show() + "--json --control off --fps 5 --duration 2s" +
+                                                     screens("alone", {"left", "middle", "right"}));
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
+
+  const Page of_two(free_udp_port()), of_one(free_udp_port());
+  Running two("project-live",
+              show() + "--json --group stage --group-strength 9 --fps 5" +
+                  screens("two", {"left", "middle"}) + of_two.flags(),
+              folder_ / "two.out");
+  ASSERT_TRUE(becomes_true([&] {
+    return blended(of_two) == json{"left", "middle"};
+  })) << slurp(at("two.out.err"));
+  Running one("project-live",
+              show() + "--projector right --json --group stage --fps 5 --output frames:" + at("one_right") +
+                  of_one.flags(),
+              folder_ / "one.out");
+  for (const Page* page : {&of_two, &of_one})
+    ASSERT_TRUE(becomes_true([&] {
+      return blended(*page) == json{"left", "middle", "right"};
+    })) << slurp(at("one.out.err"));
+  EXPECT_EQ(of_one.metric("procam_group_hosts"), 2);
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  two.tell(SIGKILL);
+  const double killed = steady_now();
+  const std::vector<std::uint8_t> third = last_frame("one_right");
+  EXPECT_TRUE(becomes_true([&] { return blended(of_one) == json{"right"}; }));
+  EXPECT_LT(steady_now() - killed, 1.2);
+  EXPECT_TRUE(third == last_frame("alone_right"));
+  EXPECT_FALSE(last_frame("one_right") == third) << "it lights the place of the others, too";
+  for (const std::string name : {"left", "middle"})
+    EXPECT_TRUE(last_frame("two_" + name) == last_frame("alone_" + name)) << name;
 }
 
 TEST_F(BlendRoute, WhatCannotBeBlendedIsRefused) {

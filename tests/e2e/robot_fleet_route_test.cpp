@@ -8,7 +8,9 @@
 
 #include "dds/ros2_peer.hpp"
 #include "lamp_show.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/io/image/images.hpp"
+#include "procam/io/pose_file.hpp"
 #include "running_tool.hpp"
 #include "show_page.hpp"
 #include "support/udp.hpp"
@@ -73,6 +75,40 @@ TEST_F(RobotFleetRoute, ASurfaceIsLitByOneRobotHandedOverAndTakenBackWhenThatOne
   EXPECT_EQ(changes, "dldl");
 }
 
+/// Two robots before the ends of one long wall: each lights its end, since their light does not meet. A third one that stands
+/// between them waits: it would light what they light.
+TEST_F(RobotFleetRoute, RobotsWhoseLightIsApartLightOneWallTogether) {
+  const LoopbackDomain domain;
+  PlanarSurface wall;
+  wall.frame_from_surface = Pose(looks_ahead(), Vec3(2.3, 4.0, 1.9));
+  wall.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  wall.points = {{0, 0}, {8, 0.02}, {8, 1.8}, {-0.03, 1.81}};
+  SurfaceSet set;
+  set.surfaces = {{"sign", wall, {}, "#00ff00"}};
+  save("surfaces.json", set);
+  const auto standing_at = [&](const std::string& robot, double y) {
+    io::save_pose(at(robot + "_pose.json"),
+                  {"world", "rig", {Pose(so3_exp(Vec3(0, 0, 0.02)), Vec3(0.1, y, 0)), Mat6::Zero()}});
+    return "--pose " + at(robot + "_pose.json") + " ";
+  };
+  const Page of_rover(free_udp_port()), of_spot(free_udp_port()), of_late(free_udp_port());
+  Running rover("project-live", flags("rover", of_rover, standing_at("rover", 2.2)), folder_ / "rover.out");
+  ASSERT_TRUE(becomes_true([&] { return of_rover.metric("procam_fleet_lit") == 1; }))
+      << slurp(at("rover.out.err"));
+  Running spot("project-live", flags("spot", of_spot, standing_at("spot", -2.1) + "--priority 5 "),
+               folder_ / "spot.out");
+  ASSERT_TRUE(becomes_true([&] {
+    return of_rover.metric("procam_fleet_lit") == 1 && of_spot.metric("procam_fleet_lit") == 1 &&
+           lights(of_rover, "spot") && lights(of_rover, "rover");
+  })) << slurp(at("spot.out.err"));
+  Running late("project-live", flags("late", of_late, standing_at("late", 1.5)), folder_ / "late.out");
+  ASSERT_TRUE(becomes_true([&] { return of_late.metric("procam_fleet_robots") == 3; }));
+  std::this_thread::sleep_for(std::chrono::seconds(4));
+  EXPECT_EQ(of_late.metric("procam_fleet_lit"), 0) << "it would light what the rover lights";
+  EXPECT_EQ(of_rover.metric("procam_fleet_lit"), 1);
+  EXPECT_EQ(of_spot.metric("procam_fleet_lit"), 1);
+}
+
 TEST_F(RobotFleetRoute, WhatAFleetCannotBeIsRefused) {
   const auto refused = [&](const std::string& more, int code, const std::string& words) {
     const ToolRun run = run_tool("project-live", show() + more + " --control off --output none");
@@ -81,7 +117,8 @@ TEST_F(RobotFleetRoute, WhatAFleetCannotBeIsRefused) {
   };
   refused("--fleet hall --robot a/b", 3, "robot 'a/b'");
   refused("--fleet hall --robot spot --group stage", 3, "leave out --fleet or --group");
-  refused("--fleet hall --robot spot --watch camera:0", 3, "leave out --watch or --fleet");
+  refused("--fleet hall --robot spot --fleet-blend --watch camera:0", 3,
+          "leave out --watch or --fleet-blend");
   refused("--fleet hall --robot spot --record " + at("run.log"), 3, "leave one of them out");
   refused("--fleet hall", 2, "--robot");
   refused("--priority 3", 2, "--fleet");

@@ -2,6 +2,7 @@
 #include "light_watch.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -15,7 +16,10 @@
 #include "control_messages.hpp"
 #include "io/scratch.hpp"
 #include "live_world.hpp"
+#include "procam/core/base/clock.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "procam/dds/fleet.hpp"
+#include "procam/dds/pose_source.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/image/images.hpp"
@@ -35,7 +39,9 @@ using watch::test::WatchedWorld;
 
 /// Sees the world as it is lit at present, some 30 times a second.
 struct Stage {
-  WatchedWorld world{watch::test::WorldOptions{}};
+  explicit Stage(const watch::test::WorldOptions& options = {}) : walls(options.walls), world(options) {}
+  std::vector<watch::test::Wall> walls;
+  WatchedWorld world;
   const ImageU8 frame = world.frame(0.5);
   const ImageU8 dark = ImageU8(frame.size(), 3);
   std::mutex mutex;
@@ -43,7 +49,7 @@ struct Stage {
 
   SolvedSurfaceSet solved() const {
     SurfaceSet set;
-    for (const watch::test::Wall& wall : watch::test::one_wall()) {
+    for (const watch::test::Wall& wall : walls) {
       PlanarSurface plane;
       plane.frame = "rig";
       plane.frame_from_surface = wall.rig_from_surface;
@@ -128,7 +134,7 @@ TEST(LightWatch, ABumpIsReportedAndLogged) {
 
 /// Largest distance on the wall between the light of two projectors, millimetres.
 double apart_mm(const Stage& stage, const Pose& one, const Pose& other) {
-  const Plane wall = Plane::of_xy(watch::test::one_wall().front().rig_from_surface);
+  const Plane wall = Plane::of_xy(stage.walls.front().rig_from_surface);
   double largest = 0;
   for (const Vec2& pixel : {Vec2(250, 150), Vec2(800, 150), Vec2(800, 650), Vec2(250, 650), Vec2(520, 400)}) {
     const Ray ray = *stage.world.rig().projector().projector.emit(pixel);
@@ -210,16 +216,16 @@ struct WatchedShow {
   ShowOptions options;
   ShowReport report;
 
-  WatchedShow();
+  explicit WatchedShow(const watch::test::WorldOptions& world = {});
   /// What the listener saw, when something has moved and three seconds have passed after its correction.
   BumpedShow run(std::function<void(WatchedWorld&)> bump);
 };
 
-WatchedShow::WatchedShow() {
+WatchedShow::WatchedShow(const watch::test::WorldOptions& world) : stage(world) {
   io::save_image(folder / "content.png", watch::test::picture(watch::test::Content::kVideo, 0.5, 1));
   SurfaceSet set;
   for (const SolvedSurface& surface : stage.solved().surfaces) set.surfaces.push_back(surface.surface);
-  set.surfaces[0].content = "content.png";
+  for (Surface& surface : set.surfaces) surface.content = "content.png";
   io::save_surfaces(folder / "surfaces.json", set);
   std::filesystem::create_directory(folder / "camera");
   options.surfaces = (folder / "surfaces.json").string();
@@ -285,6 +291,58 @@ TEST(LightWatch, AShowCorrectsItsPictureAndReplays) {
   const ReplayReport replayed = replay(rig, again, options.record);
   EXPECT_EQ(replayed.equal, replayed.frames);
   EXPECT_GT(replayed.frames, 40u);
+}
+
+/// A robot that lights one wall of a corner while another robot of the fleet lights the other one with a film.
+TEST(LightWatch, ARobotOfAFleetCorrectsItsPictureBesideAnother) {
+  if (!dds::is_available()) GTEST_SKIP() << "built without DDS";
+  ::setenv("ROS_LOCALHOST_ONLY", "1", 1);
+  const std::string fleet = "watched_" + std::to_string(::getpid());
+  dds::RobotFleet spot({fleet, "spot"});
+  watch::test::WorldOptions world;
+  world.walls = watch::test::corner();
+  world.of_another = 1;
+  WatchedShow show(world);
+  show.options.record.clear();  // not of a fleet
+  show.options.fleet = fleet;
+  show.options.robot = "rover";
+  std::atomic<bool> ends{false};
+  std::thread other([&] {
+    for (; !ends; std::this_thread::sleep_for(std::chrono::milliseconds(20))) {
+      spot.claim({{show.stage.walls[1].name, 5, false, true}});
+      spot.shown(spot.lit(), steady_now());
+    }
+  });
+  const BumpedShow listener =
+      show.run([](WatchedWorld& of) { of.projector_moved << 0.001, 0.004, 0.001, 0, 0, 0; });
+  ends = true;
+  other.join();
+  ::unsetenv("ROS_LOCALHOST_ONLY");
+  EXPECT_NE(listener.events.find("spot lights '" + show.stage.walls[1].name + "'"), std::string::npos)
+      << listener.events;
+  EXPECT_GT(listener.corrected_at, 0) << listener.events;
+  // The last frame is the one that is drawn where the projector truly is, and dark on the other wall.
+  Rig moved = show.rig;
+  moved.projectors[0].rig_from_projector =
+      (se3_exp(show.stage.world.projector_moved) * moved.projectors[0].rig_from_projector).normalized();
+  ShowOptions again = show.options;
+  again.watch.reset();
+  again.fleet.clear(), again.robot.clear();
+  again.duration_s = 0.3;
+  SurfaceSet own = io::load_surfaces(again.surfaces);
+  own.surfaces.resize(1);
+  io::save_surfaces(again.surfaces, own);
+  KeptFrames fresh(show.screen.size());
+  show::run(moved, again, fresh);
+  const ImageU8 last = show.screen.last(), expected = fresh.last();
+  double difference = 0, sum = 0;
+  for (int y = 0; y < last.height(); ++y)
+    for (int x = 0; x < last.width(); ++x) {
+      difference += std::abs(int(last.at(x, y)) - int(expected.at(x, y)));
+      sum += expected.at(x, y);
+    }
+  EXPECT_GT(sum, 1e6);
+  EXPECT_LT(difference, 0.05 * sum) << listener.events;
 }
 
 /// A sheet that is tilted and pushed back during the show: the picture is a rectangle again, and the replay is the same.

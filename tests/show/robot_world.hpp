@@ -5,7 +5,10 @@
 #include <cmath>
 #include <deque>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <random>
+#include <vector>
 
 #include "procam/core/geometry/plane.hpp"
 #include "procam/detect/marker_edges.hpp"
@@ -49,10 +52,25 @@ inline std::vector<Mural> corner_walls() {
           mural("right", edge, -half, Vec2(2.0, 0.98))};
 }
 
+/// One wall, of which two robots light a half each. They meet at the origin of the second one.
+inline std::vector<Mural> two_halves() {
+  const Mural left = mural("left", Vec3(2.25, 2.0, 1.40), 0.05, Vec2(2.0, 0.98));
+  return {left, mural("right", left.world_from_surface * Vec3(2.0, 0, 0), 0.05, Vec2(2.0, 0.98))};
+}
+
+/// A robot that stands beside and lights one wall with other pictures.
+struct Neighbour {
+  Pose world_from_base;
+  std::size_t wall = 0;
+};
+
 struct RobotConditions {
   std::vector<Mural> walls = flat_wall();
+  std::optional<std::size_t> lights;   ///< the wall that it lights and watches; empty: all
+  std::optional<Neighbour> neighbour;  ///< its light is in the camera's images
+  Pose world_from_start = Pose();      ///< before the path
   watch::test::Content content = watch::test::Content::kSlides;
-  bool markers = false;        ///< two of 150 mm on the first wall, known
+  bool markers = false;        ///< two of 150 mm on the first wall, or one on each half, known
   double speed = 0, turn = 0;  ///< largest, m/s and rad/s, to and fro; 0: it stands
   double position_sigma = 0.02, rotation_sigma = 1 * kDegree, correlation = 3;  ///< of the localiser
   double rate = 10, latency = 0.05;
@@ -67,8 +85,12 @@ struct RobotConditions {
 /// Errors of the light over the frames, metres^2, and what the correction did.
 struct RobotRun {
   std::vector<double> time, with_mm, without_mm;  ///< RMS over the lit part of the walls, a frame
+  /// The point where the halves meet, drawn by this robot: by how much its light is off along the wall, and the covariance that
+  /// the pose states for it, metres^2.
+  std::vector<Vec2> edge_off;
+  std::vector<Mat2> edge_covariance;
+  std::vector<bool> edge_lit;  ///< the point is in the projector's frame
   std::uint64_t taken = 0, refused = 0, markers = 0;
-  double predicted_mm = 0;
   static double rms(const std::vector<double>& mm) {
     double sum = 0;
     for (const double one : mm) sum += one * one;
@@ -82,22 +104,26 @@ class RobotWorld {
     map_.dictionary = MarkerDictionary::kAprilTag36h11;
     cells_ = detect::marker_cells(map_.dictionary);
     if (!c_.markers) return;
-    const Mural& wall = c_.walls.front();
-    for (const auto& [id, at] : {std::pair(5, Vec2(0.38, 0.3)), std::pair(9, Vec2(0.62, 0.7))})
+    const bool halves = c_.lights.has_value();
+    const auto place = [&](int id, const Mural& wall, const Vec2& at) {
       map_.markers.push_back(
           {id, 0.15,
            wall.world_from_surface * Pose(Eigen::Quaterniond::Identity(),
                                           Vec3(at.x() * wall.size.x(), at.y() * wall.size.y(), 0))});
+    };
+    place(5, c_.walls.front(), halves ? Vec2(0.86, 0.3) : Vec2(0.38, 0.3));
+    place(9, c_.walls.back(), halves ? Vec2(0.14, 0.7) : Vec2(0.62, 0.7));
   }
 
   RobotRun run(double seconds);
 
   Pose world_from_base(double t) const {
-    if (c_.speed <= 0) return Pose(so3_exp(Vec3(0, 0, 0.03)), Vec3(0.05, -0.1, 0));
+    if (c_.speed <= 0) return c_.world_from_start * Pose(so3_exp(Vec3(0, 0, 0.03)), Vec3(0.05, -0.1, 0));
     const double omega = 1.1, phase = 0.7 * double(c_.seed);
     const double way = c_.speed / omega * std::sin(omega * t + phase),
                  turn = c_.turn / omega * std::sin(omega * t + phase + 0.4);
-    return Pose(so3_exp(Vec3(0, 0, 0.03 - turn)), Vec3(0.05 + 0.3 * way, -0.1 + 0.95 * way, 0));
+    return c_.world_from_start *
+           Pose(so3_exp(Vec3(0, 0, 0.03 - turn)), Vec3(0.05 + 0.3 * way, -0.1 + 0.95 * way, 0));
   }
 
  private:
@@ -107,22 +133,28 @@ class RobotWorld {
   std::vector<watch::WatchedSurface> surfaces(const Pose& world_from_base) const {
     const Pose rig_from_world = (world_from_base * base_from_rig()).inverse();
     std::vector<watch::WatchedSurface> result;
-    for (const Mural& wall : c_.walls)
-      result.push_back({wall.name,
-                        rig_from_world * wall.world_from_surface,
-                        {Vec2(0, 0), Vec2(wall.size.x(), 0), wall.size, Vec2(0, wall.size.y())}});
+    for (std::size_t i = 0; i < c_.walls.size(); ++i) {
+      const Mural& wall = c_.walls[i];
+      if (!c_.lights || *c_.lights == i)
+        result.push_back({wall.name,
+                          rig_from_world * wall.world_from_surface,
+                          {Vec2(0, 0), Vec2(wall.size.x(), 0), wall.size, Vec2(0, wall.size.y())}});
+    }
     return result;
   }
-  ImageU8 draw(const Pose& world_from_base, double time) {
+  ImageU8 draw(const Pose& world_from_base, double time, std::optional<std::size_t> lights,
+               std::uint64_t picture) {
     // Of the wall's length three pictures.
-    const ImageU8 one = watch::test::picture(c_.content, time, c_.seed);
+    const ImageU8 one = watch::test::picture(c_.content, time, picture);
     ImageU8 wide(3 * one.width(), one.height(), 3);
     for (int y = 0; y < one.height(); ++y)
       for (int k = 0; k < 3; ++k)
         std::copy_n(&one.at(0, y, 0), 3 * one.width(), &wide.at(k * one.width(), y, 0));
     Scene scene;
     ++revisions_;  // pictures have the same memory one after the other
-    for (const Mural& wall : c_.walls) {
+    for (std::size_t i = 0; i < c_.walls.size(); ++i) {
+      if (lights && *lights != i) continue;
+      const Mural& wall = c_.walls[i];
       PlacedPlane placed;
       placed.plane_from_content = Vec3(wall.size.x(), wall.size.y(), 1).asDiagonal();
       placed.projector_from_surface =
@@ -135,6 +167,9 @@ class RobotWorld {
   }
   const simulate::LiveView& view(const Pose& world_from_base);
   double error_mm(const Pose& truth, const Pose& believed) const;
+  ImageU8 capture(const Pose& truth, const ImageU8& frame, double time);
+  Vec2 edge_off(const Pose& truth, const Pose& believed) const;
+  void note_edge(const Pose& truth, const track::TrackedPose& believed, RobotRun& run) const;
 
   RobotConditions c_;
   std::uint64_t revisions_ = 0;
@@ -174,13 +209,59 @@ inline const simulate::LiveView& RobotWorld::view(const Pose& world_from_base) {
   }
   Camera inverse = rig_.projector().projector.inverse_camera;
   std::get<BrownConrady>(inverse.distortion).coefficients[4] -= c_.lens_error;
-  view_ = std::make_unique<simulate::LiveView>(
-      room, rig_.camera().camera, world_from_base * base_from_rig(),
-      watch::test::everyday_light({inverse}, world_from_projector(world_from_base)),
-      watch::test::everyday_camera(exposure_, 2.2, 2, c_.seed));
+  std::vector<simulate::RoomLight> lights = {
+      watch::test::everyday_light({inverse}, world_from_projector(world_from_base))};
+  if (c_.neighbour)
+    lights.push_back(
+        watch::test::everyday_light({inverse}, world_from_projector(c_.neighbour->world_from_base)));
+  view_ =
+      std::make_unique<simulate::LiveView>(room, rig_.camera().camera, world_from_base * base_from_rig(),
+                                           lights, watch::test::everyday_camera(exposure_, 2.2, 2, c_.seed));
   exposure_ = view_->exposure();
   seen_from_ = world_from_base;
   return *view_;
+}
+
+/// With the light of the neighbour, whose pictures are others.
+inline ImageU8 RobotWorld::capture(const Pose& truth, const ImageU8& frame, double time) {
+  const simulate::LiveView& seen = view(truth);
+  std::vector<std::shared_ptr<const simulate::LiveView::Light>> lights = {seen.light_of(frame)};
+  if (c_.neighbour)
+    lights.push_back(
+        seen.light_of(draw(c_.neighbour->world_from_base, time, c_.neighbour->wall, c_.seed + 100), 1));
+  return seen.capture(lights, ++images_);
+}
+
+/// Of the middle of the line where two halves meet: the light of the pixel that is drawn for it, in the wall's x and y.
+inline Vec2 RobotWorld::edge_off(const Pose& truth, const Pose& believed) const {
+  const Mural& right = c_.walls.back();
+  const Vec3 edge = right.world_from_surface * Vec3(0, right.size.y() / 2, 0);
+  const Vec3 in_projector = world_from_projector(believed).inverse() * edge;
+  const Pose is = world_from_projector(truth);
+  // Projector and inverse camera are the same: the ray of the pixel is the direction to the point.
+  const auto lit =
+      intersect(is * Ray{Vec3::Zero(), in_projector.normalized()}, Plane::of_xy(right.world_from_surface));
+  if (!lit) return Vec2::Constant(INFINITY);
+  return (right.world_from_surface.inverse() * *lit).head<2>() - Vec2(0, right.size.y() / 2);
+}
+
+inline void RobotWorld::note_edge(const Pose& truth, const track::TrackedPose& believed,
+                                  RobotRun& run) const {
+  const double h = 1e-6;
+  const Pose& pose = believed.frame_from_child;
+  Eigen::Matrix<double, 2, 6> slope;
+  for (int k = 0; k < 6; ++k) {
+    const Vec6 step = h * Vec6::Unit(k);
+    slope.col(k) =
+        (edge_off(se3_exp(step) * pose, pose) - edge_off(se3_exp(Vec6(-step)) * pose, pose)) / (2 * h);
+  }
+  const Mural& right = c_.walls.back();
+  const Projector& projector = rig_.projector().projector;
+  const auto pixel = projector.project(Vec3(world_from_projector(pose).inverse() *
+                                            (right.world_from_surface * Vec3(0, right.size.y() / 2, 0))));
+  run.edge_lit.push_back(pixel && projector.size().contains(*pixel));
+  run.edge_off.push_back(edge_off(truth, pose));
+  run.edge_covariance.push_back(slope * believed.covariance * slope.transpose());
 }
 
 /// Of the light of a grid of pixels, between where it is and where the show has it, RMS.
@@ -280,13 +361,15 @@ inline RobotRun RobotWorld::run(double seconds) {
       run.time.push_back(light - kBegin);
       run.with_mm.push_back(error_mm(truth, believed.frame_from_child));
       run.without_mm.push_back(error_mm(truth, poor.frame_from_child));
+      note_edge(truth, believed, run);
     }
     if (light < next_image) continue;
     next_image += 1 / c_.camera_rate;
     // The frame that is drawn for this light, and the camera's image of it.
     const Pose drawn_for = believed.frame_from_child;
-    const ImageU8 frame = draw(drawn_for, light), next = draw(drawn_for, light + 1 / 60.0);
-    const ImageU8 image = view(truth).capture(frame, ++images_);
+    const ImageU8 frame = draw(drawn_for, light, c_.lights, c_.seed),
+                  next = draw(drawn_for, light + 1 / 60.0, c_.lights, c_.seed);
+    const ImageU8 image = capture(truth, frame, light);
     watcher.place(surfaces(drawn_for));
     const watch::WatchReport report = watcher.add(light, {frame, next, 0, 1 / 60.0}, image);
     std::vector<track::PoseSight> sights;

@@ -145,18 +145,22 @@ TEST(ShowBlend, TheOptionsAreCheckedAgainstTheRig) {
 }
 
 TEST(ShowBlend, ATurnHasThoseWithLightAndWhatMayFollow) {
-  const BlendTurn alone = blend_turn("left", std::nullopt, {}, 10);
+  const BlendTurn alone = blend_turn({"left"}, std::nullopt, {}, 10);
   EXPECT_TRUE(alone.is_dark) << "it is not announced yet";
   EXPECT_EQ(alone.now, ProjectorNames{"left"});
   EXPECT_TRUE(alone.next.empty());
-  EXPECT_TRUE(blend_turn("left", 10.5, {}, 10).is_dark);
-  EXPECT_FALSE(blend_turn("left", 10.5, {}, 10.5).is_dark);
-  const BlendTurn turn = blend_turn("left", 1, {{"right", 3}, {"far", 11}, {"right", 4}}, 10);
+  EXPECT_TRUE(blend_turn({"left"}, 10.5, {}, 10).is_dark);
+  EXPECT_FALSE(blend_turn({"left"}, 10.5, {}, 10.5).is_dark);
+  const BlendTurn turn = blend_turn({"left"}, 1, {{"right", 3, 1}, {"far", 11, 2}, {"right", 4, 3}}, 10);
   EXPECT_EQ(turn.now, (ProjectorNames{"left", "right"}));
   EXPECT_EQ(turn.announced, (ProjectorNames{"far", "left", "right"}));
-  const std::vector<ProjectorNames> next = {{"far", "left", "right"}, {"left", "right"}, {"far", "left"}};
+  const std::vector<ProjectorNames> next = {{"far", "left", "right"}, {"far", "left"}, {"left", "right"}};
   EXPECT_EQ(turn.next, next) << "the one that comes, then without one of them each";
-  EXPECT_EQ(blend_turn("left", 1, {{"far", 11}}, 11).now, (ProjectorNames{"far", "left"}));
+  EXPECT_EQ(blend_turn({"left"}, 1, {{"far", 11}}, 11).now, (ProjectorNames{"far", "left"}));
+  // Two hosts with two projectors each: a host that fails takes both of its projectors with it.
+  const BlendTurn both = blend_turn({"left", "low"}, 1, {{"right", 3, 7}, {"far", 3, 7}}, 10);
+  EXPECT_EQ(both.now, (ProjectorNames{"far", "left", "low", "right"}));
+  EXPECT_EQ(both.next, (std::vector<ProjectorNames>{{"left", "low"}}));
 }
 
 bool waits_for(const std::function<bool()>& is_done) {

@@ -95,6 +95,32 @@ TEST(PoseSource, KeepsTheNewestAndCountsTheRest) {
   EXPECT_TRUE(arrived.empty());
 }
 
+TEST(PoseSource, WaitEndsWithTheMessage) {
+  const int port = free_port(SOCK_DGRAM);
+  const auto source = open_pose_source("udp:127.0.0.1:" + std::to_string(port));
+  std::vector<StampedPose> arrived;
+  source->wait(1e-3);  // nothing came
+  source->poll(arrived);
+  EXPECT_TRUE(arrived.empty());
+  const double before = steady_now();
+  std::thread sender([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    Socket(SOCK_DGRAM).send_to(port, to_json_line(message_of(7)));
+  });
+  source->wait(100);
+  source->poll(arrived);
+  sender.join();
+  ASSERT_EQ(arrived.size(), 1u);
+  EXPECT_EQ(arrived[0].sequence, 7u);
+  EXPECT_LT(steady_now() - before, 50);
+  PoseQueue queue;
+  queue.push(message_of(8));
+  queue.wait(NAN);  // one is there: any limit will do
+  queue.wait(1e300);
+  queue.poll(arrived);
+  EXPECT_EQ(arrived.size(), 1u);
+}
+
 TEST(PoseSource, TcpConnectsWhenTheSenderComesAndAgainWhenItReturns) {
   Socket reserved(SOCK_STREAM);
   const int port = reserved.bound_port();  // nobody listens yet

@@ -85,6 +85,28 @@ TEST(Watch, ABumpBehindAWalkingPersonIsFoundAndCorrected) {
   EXPECT_EQ(report.state, WatchState::kOk) << report.sentence;
 }
 
+/// Another robot lights the second wall of a corner with a film, and its light falls beyond the edge of this one's picture.
+TEST(Watch, LightOfAnotherRobotIsNoMovementAndHidesNone) {
+  WorldOptions options;
+  options.walls = test::corner();
+  options.of_another = 1;
+  options.seed = 3;
+  Session session(options);
+  WatchReport report;
+  for (const double end = session.time + 8; session.time < end;) {
+    report = session.next();
+    EXPECT_FALSE(report.is_alarm) << session.time << ", " << report.sentence;
+    EXPECT_LT(report.error, 6e-4) << session.time << ", " << report.sentence;
+    EXPECT_NE(report.state, WatchState::kLightSwitched) << session.time;
+  }
+  EXPECT_EQ(report.state, WatchState::kOk) << report.sentence;
+  session.world.projector_moved << 0.0015, 0.0030, 0.0012, 0, 0, 0;  // 0.2 degrees
+  const double bumped = session.time, error = true_error(session.watch, session.world, options);
+  while (!report.is_alarm && session.time < bumped + 10) report = session.next();
+  EXPECT_TRUE(report.is_alarm) << report.sentence;
+  EXPECT_NEAR(report.error, error, 6e-4) << report.sentence;
+}
+
 TEST(Watch, ALargeBumpIsFoundByTheCoarseSearch) {
   WorldOptions options;
   options.seed = 2;

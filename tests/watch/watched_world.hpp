@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -157,6 +158,8 @@ struct WorldOptions {
   bool person = false;        ///< walks through
   double lens_error = 0;      ///< k3 of both lenses that the rig does not know
   double late = 0;            ///< the camera sees this much later than it says, seconds
+  std::optional<std::size_t> of_another =
+      {};  ///< a wall that another projector lights with its own film; dark here
 };
 
 /// The true world. What has moved is set from outside.
@@ -199,15 +202,9 @@ class WatchedWorld {
   ImageU8 draw(double time) {
     const ImageU8 content = picture(options_.content, time, options_.seed, options_.plain);
     Scene scene;
-    ++revisions_;  // pictures have the same memory one after the other
-    for (const Wall& wall : options_.walls) {
-      PlacedPlane placed;
-      placed.plane_from_content = Vec3(wall.size.x(), wall.size.y(), 1).asDiagonal();
-      placed.projector_from_surface = believed_rig_from_projector.inverse() * wall.rig_from_surface;
-      scene.items.push_back({placed, content.view(), revisions_});
-    }
-    ImageU8 drawn(rig_.projector().projector.size(), 3);
-    renderer_.render(scene, rig_.projector().projector, drawn);
+    for (std::size_t i = 0; i < options_.walls.size(); ++i)
+      if (i != options_.of_another) add(options_.walls[i], believed_rig_from_projector, content, scene);
+    ImageU8 drawn = rendered(scene);
     if (options_.marks) marks_.draw(time, scene, rig_.projector().projector, drawn);
     return drawn;
   }
@@ -222,11 +219,35 @@ class WatchedWorld {
       return dark;
     }
     const simulate::LiveView& view = view_at(time);
-    if (projector_off) return view.capture(ImageU8(frame.size(), 1), ++images_);
-    return view.capture(frame, ++images_);
+    const ImageU8 dark(frame.size(), 1);
+    std::vector<std::shared_ptr<const simulate::LiveView::Light>> lights = {
+        view.light_of(projector_off ? dark.view() : frame)};
+    if (options_.of_another) {
+      const ImageU8 content = picture(Content::kVideo, time + 3, options_.seed + 50);
+      Scene scene;
+      add(options_.walls[*options_.of_another], rig_from_other(), content, scene);
+      lights.push_back(view.light_of(rendered(scene), 1));
+    }
+    return view.capture(lights, ++images_);
   }
 
  private:
+  /// The other robot stands beside.
+  Pose rig_from_other() const {
+    return Pose(so3_exp(Vec3(0.02, -0.2, 0.03)), Vec3(0.45, 0.05, -0.1)) *
+           rig_.projector().rig_from_projector;
+  }
+  void add(const Wall& wall, const Pose& rig_from_projector, const ImageU8& content, Scene& scene) {
+    PlacedPlane placed;
+    placed.plane_from_content = Vec3(wall.size.x(), wall.size.y(), 1).asDiagonal();
+    placed.projector_from_surface = rig_from_projector.inverse() * wall.rig_from_surface;
+    scene.items.push_back({placed, content.view(), ++revisions_});  // pictures share the same memory in turn
+  }
+  ImageU8 rendered(const Scene& scene) {
+    ImageU8 drawn(rig_.projector().projector.size(), 3);
+    renderer_.render(scene, rig_.projector().projector, drawn);
+    return drawn;
+  }
   const simulate::LiveView& view_at(double time) {
     // A person crosses in eight seconds, half a metre before the wall, and comes back after twelve.
     const double crossing = std::fmod(time, 12);
@@ -255,9 +276,11 @@ class WatchedWorld {
     Camera camera = rig_.camera().camera, inverse = rig_.projector().projector.inverse_camera;
     std::get<BrownConrady>(camera.distortion).coefficients[4] += options_.lens_error;
     std::get<BrownConrady>(inverse.distortion).coefficients[4] -= options_.lens_error;
+    std::vector<simulate::RoomLight> lights = {
+        everyday_light({inverse}, se3_exp(projector_moved) * rig_.projector().rig_from_projector)};
+    if (options_.of_another) lights.push_back(everyday_light({inverse}, rig_from_other()));
     view = std::make_unique<simulate::LiveView>(
-        room, camera, Pose(),
-        everyday_light({inverse}, se3_exp(projector_moved) * rig_.projector().rig_from_projector),
+        room, camera, Pose(), lights,
         everyday_camera(exposure_, options_.gamma, options_.noise, options_.seed));
     exposure_ = view->exposure();
     return *view;

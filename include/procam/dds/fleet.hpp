@@ -88,8 +88,9 @@ struct FleetOptions {
 struct FleetStatus {
   int robots = 1;  ///< with this one
   std::map<std::string, std::vector<std::string>>
-      by;                      ///< surface: the robots that announce that they light it
-  std::uint64_t turns = 0;     ///< times that this robot began to light a surface
+      by;                             ///< surface: the robots that announce that they light it
+  std::map<std::string, int> others;  ///< surface: other robots that are ready to light it
+  std::uint64_t turns = 0;            ///< times that this robot began to light a surface
   double last_wait = 0;        ///< from the request to the last grant, in the last of these turns, seconds
   std::uint64_t rejected = 0;  ///< announcements that were invalid or too large
   bool is_superseded = false;  ///< another robot has this name and was started later: this one is dark

@@ -25,7 +25,7 @@
 ///   t_l - t_m = (b - a) / 2,  |error| <= (a + b) / 2.
 /// Members on one machine share its steady clock, and nothing is estimated. A new leader keeps its offset.
 ///
-/// Light: each member announces its projector of the shared rig, and the group time of its first light, for the blend of
+/// Light: each member announces its projectors of the shared rig, and the group time of their first light, for the blend of
 /// overlapping projectors.
 #include <cstdint>
 #include <memory>
@@ -43,7 +43,8 @@ struct GroupOptions {
   int strength = 0;  ///< -1000 to 1000; of equal ones, chance decides
   std::string machine =
       {};  ///< members with equal text share one steady clock; empty: this machine's boot identifier
-  std::string projector = {};  ///< that this member shows with, by its name in the shared rig; empty: none
+  std::vector<std::string> projectors =
+      {};  ///< that this member shows with, by their names in the shared rig, at most 64
 };
 
 /// What all members show.
@@ -66,7 +67,8 @@ struct GroupRequest {
 /// A projector of the shared rig that a member shows with.
 struct GroupLight {
   std::string projector;
-  double from = 0;  ///< group time of its first light, seconds
+  double from = 0;           ///< group time of its first light, seconds
+  std::uint64_t member = 0;  ///< projectors of one member come and go together
 };
 
 struct GroupStatus {
@@ -101,8 +103,8 @@ class PROCAM_EXPORT Group {
   bool leads() const;
   /// Group time less steady_now().
   double time_offset() const;
-  /// This member's projector has light from that group time on, seconds: the others read it in GroupStatus::lights. Does
-  /// nothing without GroupOptions::projector.
+  /// This member's projectors have light from that group time on, seconds: the others read it in GroupStatus::lights. Does
+  /// nothing without GroupOptions::projectors.
   void light(double from);
   /// The newest state, when it is newer than that of the last call.
   std::optional<GroupState> take();

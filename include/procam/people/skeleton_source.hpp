@@ -30,6 +30,8 @@ class PROCAM_EXPORT SkeletonSource {
 
   /// Replaces `arrived` by what came since the last call, in order of arrival. Never waits.
   virtual void poll(std::vector<SkeletonFrame>& arrived) = 0;
+  /// As track::PoseSource::wait().
+  virtual void wait(double seconds);
   virtual track::SourceStatus status() const = 0;
 };
 

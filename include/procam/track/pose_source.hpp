@@ -58,6 +58,9 @@ class PROCAM_EXPORT PoseSource {
   /// Replaces `arrived` by what came since the last call, in order of arrival. Never waits; allocates nothing
   /// once `arrived` has grown to its working size.
   virtual void poll(std::vector<StampedPose>& arrived) = 0;
+  /// For programs that answer a pose at once: returns when poll() has a message, at the latest after `seconds` (an hour at most),
+  /// and may return earlier. Sources that do not know when a message comes (recorded ones) return after 1 ms.
+  virtual void wait(double seconds);
   virtual SourceStatus status() const = 0;
   /// SourceStatus::malformed by cause, where the source names them: "ros2_oversized".
   virtual std::map<std::string, std::uint64_t> rejected() const { return {}; }
@@ -81,6 +84,7 @@ class PROCAM_EXPORT PoseQueue : public PoseSource {
   /// was taken.
   bool push(StampedPose message);
   void poll(std::vector<StampedPose>& arrived) override;
+  void wait(double seconds) override;
   SourceStatus status() const override;
 
  private:

@@ -1,5 +1,8 @@
 #pragma once
 /// The queue between a source's thread and the thread that polls; it keeps the newest messages.
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -21,18 +24,24 @@ class InboxOf {
   /// moved from.
   template <typename Parsed>
   void put(Parsed& parsed, std::vector<Message>& messages, double arrival, std::size_t bytes) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    status_.bytes += bytes;
-    status_.malformed += parsed.malformed;
-    if (!parsed.why.empty()) status_.last_error = std::move(parsed.why);
-    for (Message& message : messages) {
-      message.arrival = arrival;
-      keep(std::move(message));
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      status_.bytes += bytes;
+      status_.malformed += parsed.malformed;
+      if (!parsed.why.empty()) status_.last_error = std::move(parsed.why);
+      for (Message& message : messages) {
+        message.arrival = arrival;
+        keep(std::move(message));
+      }
     }
+    filled_.notify_all();
   }
   void put(Message&& message) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    keep(std::move(message));
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      keep(std::move(message));
+    }
+    filled_.notify_all();
   }
   void refuse(const std::string& why) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -45,6 +54,12 @@ class InboxOf {
     // Swapped: both sides keep the memory of their texts.
     for (std::size_t i = 0; i < count_; ++i) std::swap(arrived[i], ring_[(first_ + i) % ring_.size()]);
     count_ = 0;
+  }
+  /// Until there is a message to poll, at most `seconds`.
+  void wait(double seconds) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    filled_.wait_for(lock, std::chrono::duration<double>(seconds > 0 ? std::min(seconds, kLongestWait) : 0),
+                     [this] { return count_ > 0; });
   }
 
   SourceStatus status() const {
@@ -70,6 +85,8 @@ class InboxOf {
   }
 
  private:
+  static constexpr double kLongestWait = 3600;  // a clock cannot hold any number
+
   void keep(Message&& message) {
     ++status_.messages;
     if (count_ == ring_.size()) {
@@ -81,6 +98,7 @@ class InboxOf {
   }
 
   mutable std::mutex mutex_;
+  std::condition_variable filled_;
   std::vector<Message> ring_;
   std::size_t first_ = 0, count_ = 0;
   SourceStatus status_;

@@ -27,6 +27,7 @@ class ParsedSource final : public Source, private ByteHandler {
   ParsedSource(const std::string& text, const SourceOptions& options)
       : inbox_(options), bytes_(open_byte_source(text, *this)) {}
   void poll(std::vector<Message>& arrived) override { inbox_.poll(arrived); }
+  void wait(double seconds) override { inbox_.wait(seconds); }
   SourceStatus status() const override { return inbox_.status(); }
 
  private:

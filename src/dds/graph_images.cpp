@@ -29,8 +29,7 @@ class GraphImages : public ImageInput {
         before_(dropped_samples(names_.topic)) {
     if (waitset_ < 0 || discovery_ < 0)
       throw Error(ErrorKind::kDevice, "ROS 2", "DDS gives no waitset", "free memory");
-    dds_set_status_mask(discovery_, DDS_DATA_AVAILABLE_STATUS);
-    dds_waitset_attach(waitset_, discovery_, 0);
+    attach_data(waitset_, discovery_);
     why_ = "no publisher of " + names_.topic + " was found in ROS domain " +
            std::to_string(participant_.domain());
   }

@@ -44,7 +44,7 @@ class Ros2PoseSource : public track::PoseSource {
     if (waitset_ < 0 || stop_ < 0 || discovery_ < 0)
       throw Error(ErrorKind::kDevice, "ROS 2", "DDS gives no waitset", "free memory");
     dds_waitset_attach(waitset_, stop_, 0);
-    attach(discovery_);
+    attach_data(waitset_, discovery_);
     if (source_.topic.empty()) {
       // As tf2's listener: it keeps 100.
       tf_ = participant_.create_reader(tf2_msgs_msg_dds__TFMessage__desc, source_.tf, Reliability::kReliable,
@@ -60,7 +60,7 @@ class Ros2PoseSource : public track::PoseSource {
       // As rclcpp's: of the newest alone, from whoever publishes it.
       clock_ = participant_.create_reader(rosgraph_msgs_msg_dds__Clock__desc, source_.clock,
                                           Reliability::kBestEffort, Durability::kVolatile, 32);
-      attach(clock_);
+      attach_data(waitset_, clock_);
     }
     for (const std::string& topic : topics()) undecodable_before_ += dropped_samples(topic).undecodable;
     inbox_.failed("no publisher of " + (source_.topic.empty() ? source_.tf : source_.topic) +
@@ -112,6 +112,7 @@ class Ros2PoseSource : public track::PoseSource {
     return count - undecodable_before_;
   }
 
+  /// look_at() reads the other two statuses.
   void attach(dds_entity_t reader) const {
     dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS | DDS_SUBSCRIPTION_MATCHED_STATUS |
                                     DDS_REQUESTED_INCOMPATIBLE_QOS_STATUS);

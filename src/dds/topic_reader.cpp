@@ -9,6 +9,11 @@
 
 namespace procam::dds::internal {
 
+void attach_data(dds_entity_t waitset, dds_entity_t reader) {
+  dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
+  dds_waitset_attach(waitset, reader, 0);
+}
+
 std::string ros_type(std::string type) {
   for (const auto& [from, to] : {std::pair<std::string, std::string>{"::dds_::", "/"}, {"::", "/"}})
     for (std::size_t at; (at = type.find(from)) != type.npos;) type.replace(at, from.size(), to);
@@ -87,9 +92,7 @@ void TopicReader::follow() {
   type_ = wanted.type;
   reliability_ = wanted.reliability;
   durability_ = wanted.durability;
-  dds_set_status_mask(reader_, DDS_DATA_AVAILABLE_STATUS | DDS_SUBSCRIPTION_MATCHED_STATUS |
-                                   DDS_REQUESTED_INCOMPATIBLE_QOS_STATUS);
-  dds_waitset_attach(waitset_, reader_, 0);
+  attach_data(waitset_, reader_);
 }
 
 }  // namespace procam::dds::internal

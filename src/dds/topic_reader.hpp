@@ -30,13 +30,17 @@ void take_all(dds_entity_t reader, Visit visit) {
   }
 }
 
+/// Samples wake the waitset, and nothing else does: any other status stays set until it is read, and a waitset with a status that
+/// is set never waits.
+void attach_data(dds_entity_t waitset, dds_entity_t reader);
+
 /// "nav_msgs::msg::dds_::Odometry_" as ROS writes it: "nav_msgs/msg/Odometry".
 std::string ros_type(std::string type);
 
 class TopicReader {
  public:
   using Types = std::vector<const dds_topic_descriptor_t*>;
-  /// `depth`: samples that are kept. Data and publishers that come or go wake `waitset`.
+  /// `depth`: samples that are kept. They wake `waitset`; publishers that come or go do by DDS' discovery.
   TopicReader(const Participant& participant, dds_entity_t waitset, std::string topic, Types types,
               int depth);
 

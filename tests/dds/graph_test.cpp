@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -273,6 +274,9 @@ TEST(Ros2Graph, SimulatedTimeIsFollowedThroughPausesAndJumps) {
     for (const StampedPose& pose : poses)
       EXPECT_NEAR(*pose.stamp, pose.arrival, 0.05 + longest_gap_s) << "stamps are of the local clock";
   };
+  // What a reliable writer sends before its first heartbeat is handed on 0.1 s later.
+  drive(5000 - 0.04 * 20, 20);
+  poses.clear();
   const double begin = steady_now();
   drive(5000, 40);
   ASSERT_GE(poses.size(), 30u);
@@ -424,6 +428,26 @@ TEST(Ros2Graph, WhatIsNoMessageIsCountedByItsCauseAndTheNextPoseArrives) {
   const std::vector<StampedPose> poses = next_poses(*source);
   ASSERT_EQ(poses.size(), 1u);
   expect_equal(poses[0].frame_from_child, some_pose(2));
+}
+
+/// Processor time of this process while it waits, as a share of a core. It has threads of DDS, which do next to nothing.
+double share_of_a_core_while_waiting() {
+  const std::clock_t used = std::clock();
+  const double begin = steady_now();
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  return double(std::clock() - used) / CLOCKS_PER_SEC / (steady_now() - begin);
+}
+
+TEST(Ros2Graph, ASourceThatWaitsUsesNoProcessorTime) {
+  const LoopbackDomain domain;
+  const auto chain = open_pose_source("ros2:map,base_link"), odometry = open_pose_source("ros2:/odom");
+  EXPECT_LT(share_of_a_core_while_waiting(), 0.2) << "before there is a publisher";
+  const Ros2Peer robot(domain);
+  const dds_entity_t tf = robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf"),
+                     odom = robot.writer(nav_msgs_msg_dds__Odometry__desc, "rt/odom");
+  ASSERT_TRUE(has_readers(tf) && has_readers(odom));
+  ASSERT_TRUE(is_connected(*chain) && is_connected(*odometry));
+  EXPECT_LT(share_of_a_core_while_waiting(), 0.2) << "beside silent publishers";
 }
 
 TEST(Ros2Graph, SaysWhyNothingComes) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <ctime>
 #include <thread>
 
 #include "graph_values.hpp"
@@ -85,6 +86,17 @@ TEST(Ros2Images, AnImageArrivesAsItWasSentAndTheReasonIsGivenBefore) {
   EXPECT_TRUE(wait_until([&] { return source.next(0.01), !source.has_publisher(); }));
   EXPECT_TRUE(test::contains(source.last_error(), "has gone")) << source.last_error();
   for (const char* text : {"", "/a,/b", "/a b", "/a/", ","}) EXPECT_ERROR(ImageSource{text}, kInput, "ros2:");
+}
+
+TEST(Ros2Images, ASourceThatWaitsUsesNoProcessorTime) {
+  const LoopbackDomain domain;
+  const Ros2Peer robot(domain);
+  ImageSource source("/image");
+  const dds_entity_t writer = robot.writer(kImage, "rt/image");
+  ASSERT_TRUE(has_reader(source, writer));
+  const std::clock_t used = std::clock();
+  EXPECT_FALSE(source.next(0.7));
+  EXPECT_LT(double(std::clock() - used) / CLOCKS_PER_SEC, 0.15) << "of 0.7 s";
 }
 
 TEST(Ros2Images, AReaderIsAsReliableAsItsPublishersAlsoWhenTheyChange) {

@@ -113,6 +113,9 @@ class RobotWorld {
     };
     place(5, c_.walls.front(), halves ? Vec2(0.86, 0.3) : Vec2(0.38, 0.3));
     place(9, c_.walls.back(), halves ? Vec2(0.14, 0.7) : Vec2(0.62, 0.7));
+    if (!halves) return;
+    place(12, c_.walls.front(), Vec2(0.63, 0.72));
+    place(14, c_.walls.back(), Vec2(0.37, 0.26));
   }
 
   RobotRun run(double seconds);

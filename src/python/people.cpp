@@ -150,8 +150,13 @@ void bind_readers(py::module_& m) {
             return arrived;
           },
           "Frames since the last call, in order of arrival. Never waits.")
-      .method("wait", &people::SkeletonSource::wait, "As PoseSource.wait().", py::arg("seconds"),
-              py::call_guard<py::gil_scoped_release>())
+      .method(
+          "wait",
+          [](people::SkeletonSource& self, double seconds) {
+            const py::gil_scoped_release released;
+            self.wait(seconds);
+          },
+          "As PoseSource.wait().", py::arg("seconds"))
       .method("status", &people::SkeletonSource::status, "Is it connected, and what did it receive?");
   function(
       m, "open_skeleton_source", &people::open_skeleton_source,

@@ -69,11 +69,16 @@ void bind_pose_sources(py::module_& m) {
             return arrived;
           },
           "What came since the last call, in order of arrival. Never waits.")
-      .method("wait", &track::PoseSource::wait,
-              "For programs that answer a pose at once: returns when poll() has a message, at the\n"
-              "latest after `seconds` (an hour at most), and may return earlier. Sources that do not\n"
-              "know when a message comes (recorded ones) return after 1 ms.",
-              py::arg("seconds"), py::call_guard<py::gil_scoped_release>())
+      .method(
+          "wait",
+          [](track::PoseSource& self, double seconds) {
+            const py::gil_scoped_release released;
+            self.wait(seconds);
+          },
+          "For programs that answer a pose at once: returns when poll() has a message, at the\n"
+          "latest after `seconds` (an hour at most), and may return earlier. Sources that do not\n"
+          "know when a message comes (recorded ones) return after 1 ms.",
+          py::arg("seconds"))
       .method("status", &track::PoseSource::status, "Is it connected, and what did it receive?")
       .method("rejected", &track::PoseSource::rejected,
               "SourceStatus.malformed by cause, where the source names them.")

@@ -182,3 +182,19 @@ def test_a_thread_other_than_the_main_one_reads(captures):
     thread.start()
     thread.join()
     assert read[0].views == 4
+
+
+def test_waiting_for_a_pose_lets_other_threads_run():
+    queue = procam.track.PoseQueue()
+    message = procam.track.StampedPose()
+    message.frame, message.child = "map", "base"
+    message.frame_from_child = procam.Pose([0, 0, 0, 1], [0.1, -0.2, 0.3])
+    timer = threading.Timer(0.05, lambda: queue.push(message))
+    timer.start()
+    begin = time.monotonic()
+    queue.wait(60)
+    assert time.monotonic() - begin < 30
+    assert [pose.child for pose in queue.poll()] == ["base"]
+    timer.join()
+    queue.wait(0.001)
+    assert queue.poll() == []
